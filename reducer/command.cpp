@@ -82,21 +82,21 @@ bool for_each_component(const Scene& scene, const std::string& mesh_input,
 void estimate_component(const ReduceCommand& command, const Scene& scene,
                         const Component& component, std::ostream& out, Report& report) {
   ReductionOptions reduction = *component.reduction;
-  if (reduction.is_massless())
-    throw InputError(
-        "--estimate does not know basis massless: craig-bampton or characteristic allowed");
+  const auto refuse = [&](const std::string& what) {
+    throw InputError(component.source.text() + ": --estimate does not know " + what);
+  };
+  if (reduction.is_massless()) refuse("basis massless: craig-bampton or characteristic allowed");
   if (!reduction.interface_points.empty())
-    throw InputError(
-        "--estimate does not know reduction.points: the interface has six dofs for each, and takes "
-        "no time beside the factor");
+    refuse(
+        "reduction.points: the interface has six dofs for each, and takes no time beside the "
+        "factor");
+  if (!reduction.fixed.empty()) refuse("reduction.fixed: leave it out, for an estimate from above");
   reduction.characteristic.needs = interface_needs(scene, component);
   const Mesh mesh = read_mesh(component);
   const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
   warn_of_blocks(component, block_provenance(mesh, properties), report);
   warn_of_dropped(component, mesh, report);
-  if (has_shells(mesh))
-    throw InputError(component.source.text() + ": component '" + component.name +
-                     "': --estimate does not know shells (blocks.NAME.thickness): reduce it");
+  if (has_shells(mesh)) refuse("shells (blocks.NAME.thickness): reduce the component");
   const std::vector<Index> domain = decompose(mesh, reduction.domains).domain;
   const Estimate e =
       estimate(mesh, properties, reduction, domain, diagonal_limit(command, reduction));

@@ -141,10 +141,13 @@ void ComponentReducer::make(const Scene& scene, const Component& component, cons
   check_recovery_sets(mesh, *component.reduction);
   refuse_with_shells(mesh, component, command_.is_distributed());
   settings_.points = rigid_points(mesh, component);
-  if (command_.is_distributed() && !settings_.points.empty())
-    throw InputError(
-        "reduction.points is not known to several processes and --engine petsc: reduce this "
-        "component in one process");
+  const char* one_process = !settings_.points.empty()             ? "points"
+                            : !component.reduction->fixed.empty() ? "fixed"
+                                                                  : nullptr;
+  if (command_.is_distributed() && one_process != nullptr)
+    throw InputError(component.reduction->source.text() + ": reduction." + one_process +
+                     " is not known to several processes and --engine petsc: reduce this "
+                     "component in one process");
   if (component.reduction->is_decomposed()) {
     make_group(mesh, properties, component, hash, p);
   } else {

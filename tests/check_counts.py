@@ -11,13 +11,13 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 81954,
+    "lines of product": 82347,
     "files of product": 628,
     "lines of python/cbr": 1950,
-    "lines of tests": 62491,
+    "lines of tests": 62792,
     "files of tests": 388,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
-    "lines with InputError(": 350,
+    "lines with InputError(": 349,
     "classes derived from Body": 4,
     "members of the largest class": 30,
 }

@@ -16,9 +16,9 @@ struct BlockProperties {
   Hex8Formulation hex8 = Hex8Formulation::incompatible;
 };
 
-// The unconstrained finite element model of a component. Dof 3 i + c is component c of node
-// nodes[i]: of its displacement, and of the last n_rotations nodes of its rotation about the fixed
-// axes.
+// The finite element model of a component, which assemble() leaves unconstrained. Dof 3 i + c is
+// component c of node nodes[i]: of its displacement, and of the last n_rotations nodes of its
+// rotation about the fixed axes.
 struct FiniteElementModel {
   SparseMatrix K;  // N x N, both triangles, N = 3 nodes.size()
   SparseMatrix M;  // N x N, both triangles; diagonal when lumped
@@ -27,7 +27,12 @@ struct FiniteElementModel {
   std::vector<Index> nodes;
   std::vector<Index> row;  // inverse: per mesh node its first i, or -1
   Index n_rotations = 0;
+  // Row of K and M of each dof, -1 where it is fixed; empty: nothing is, row i is dof i.
+  std::vector<Index> row_of_dof = {};
 
+  bool is_fixed(Index dof) const {
+    return !row_of_dof.empty() && row_of_dof[static_cast<std::size_t>(dof)] < 0;
+  }
   Index n_translations() const { return static_cast<Index>(nodes.size()) - n_rotations; }
 };
 
@@ -59,5 +64,8 @@ struct RigidBody {
 };
 // n_rotations: as above.
 RigidBody rigid_body(const SparseMatrix& M, const Points& points, Index n_rotations = 0);
+// Of the columns of rigid motions, so that they are of one size: 1 for translations, 1 / radius of
+// inertia for rotations   (6)
+Vector rigid_scales(const RigidBody& body);
 
 }  // namespace cbr

@@ -2,6 +2,7 @@
 // Rigid motions of a set of nodes and the rigid body that a mass matrix describes.
 #include <Eigen/Geometry>
 #include <cassert>
+#include <cmath>
 
 #include "common/fem/assembly.hpp"
 #include "common/linalg/blas_threads.hpp"
@@ -43,6 +44,13 @@ RigidBody rigid_body(const SparseMatrix& M, const Points& points, Index n_rotati
     }
   }
   return body;
+}
+
+Vector rigid_scales(const RigidBody& body) {
+  const double size = std::sqrt(body.inertia.trace()) / std::sqrt(body.mass);
+  Vector scales = Vector::Ones(6);
+  scales.tail(3).setConstant(size > 0 && std::isfinite(size) ? 1 / size : 1);
+  return scales;
 }
 
 }  // namespace cbr

@@ -57,6 +57,17 @@ void add_reduction(const Component& component, Features& features) {
   add_if(has_points && has_shells(component), feature::points_of_shells, at, features);
 }
 
+// Whether the motion (scene axes) has a part along an axis that the component's `fixed` names.
+bool is_into_fixed(const Component& component, const Instance& instance, const Vector3& motion) {
+  constexpr double round_off = 1e-12;
+  const Vector3 own = instance.transformation().transpose() * motion;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (component.reduction && component.reduction->fixes(axis) &&
+        std::abs(own[static_cast<Index>(axis)]) > round_off * own.norm())
+      return true;
+  return false;
+}
+
 // Of an instance and its component.
 Features features_of(const Scene& scene, const Instance& instance) {
   Features features;
@@ -72,6 +83,10 @@ Features features_of(const Scene& scene, const Instance& instance) {
            "'" + name + "'");
   if (instance.as == InstanceKind::superelement && component.reduction)
     add_reduction(component, features);
+  if (component.reduction && !component.reduction->fixed.empty())
+    features[feature::fixed] = {&component.reduction->fixed.front().source};
+  add_if(is_into_fixed(component, instance, instance.velocity), feature::into_fixed, at, features,
+         "velocity");
   return features;
 }
 
@@ -112,17 +127,18 @@ const std::vector<Limit>& limits() {
       {penalty, {statics, rigid}, impulse},
       {nodal, {statics, rigid}, impulse},
       {nodal, {skin_in_modes}, "take `integrator: central-difference`"},
-      {nodal, {damping, unlike_supports}, "take `enforcement: impulse` or `penalty`"},
+      {nodal, {damping, unlike_supports, fixed}, "take `enforcement: impulse` or `penalty`"},
       {pressing,
        {no_load_steps},
        "leave out `time.preload`, for five load steps, or give 1 or more"},
       {velocity, {static_run}, "leave it out"},
       {dashpot, {statics}, "give the motion a `stiffness`, or leave its `damping` out"},
       {spin, {small_rotation}, "take `time.rotations: auto` or `large`"},
-      {spin, {supports}, "leave it out, or hold the instance by links to the ground"},
+      {into_fixed, {fixed}, "leave this direction out of it, or out of `fixed`"},
+      {spin, {supports, fixed}, "leave it out, or hold the instance by links to the ground"},
       {large_rotation, {central_difference, newmark}, "take `integrator: exact`"},
       {large_rotation, {statics, skin}, stays},
-      {large_rotation, {supports}, "hold it by links to the ground"},
+      {large_rotation, {supports, fixed}, "hold it by links to the ground"},
       {large_rotation, {penalty, nodal}, impulse},
       {large_rotation, {points_of_shells, points_of_massless, moments_of_shells}, stays},
       {large_rotation, {interface_points}, "name their sets in `reduction.interface`"},
@@ -135,10 +151,11 @@ const std::vector<Limit>& limits() {
       {large_rotation, {mass_damping}, "take `beta`, or damping of modes for a superelement"},
       {modal_damping, {mesh}, its_damping + "`as: superelement`"},
       {modal_damping, {dense}, its_damping + "`integrator: exact` or a larger `--diagonal-limit`"},
-      {skin_of_instance, {rigid, rotations}, no_skin},
+      {skin_of_instance, {rigid, rotations, fixed}, no_skin},
       {skin_of_instance, {massless, characteristic}, no_skin + ", or take `basis: craig-bampton`"},
       {skin_of_instance, {mesh_modes}, "take `as: superelement`"},
       {unlike_supports, {skin_of_instance}, no_skin},
+      {unlike_supports, {fixed}, "keep the fixed nodes by `interface`, and fix them by `boundary`"},
       {unlike_supports, {sweep}, "give all that hold an axis the same motion along it"},
       {open_contact, {sweep}, "take `tied: true` or `time.preload`, or leave it out"},
       {inside, {sweep}, "name a set of the interface"},
@@ -206,8 +223,15 @@ std::vector<Features> features_of(const Scene& scene) {
   const auto add = [&](const std::string& instance, Feature feature, const SourceLine& at) {
     add_if(true, feature, at, all[places.at(instance)]);
   };
-  for (const BoundaryCondition& condition : scene.boundary)
+  for (const BoundaryCondition& condition : scene.boundary) {
     add(condition.instance, feature::supports, condition.source);
+    const Instance& instance = scene.instances[places.at(condition.instance)];
+    const auto component = scene.components.find(instance.component);
+    add_if(component != scene.components.end() && condition.motion != SupportMotion::none &&
+               is_into_fixed(component->second, instance, condition.value),
+           feature::into_fixed, condition.source, all[places.at(condition.instance)],
+           "boundary of '" + condition.nodes + "'");
+  }
   for (const ContactOptions& contact : scene.contact) {
     const Features features = features_of(contact);
     if (features.empty()) continue;

@@ -35,6 +35,10 @@ struct ReductionKey {
   bool has_line(Basis basis) const { return goes_with(basis) && (!is_younger || scene.is_written); }
 };
 
+// Of `fixed`, in yaml/scene_parse_reduction.cpp.
+void read_fixed(const SceneNode& node, const SceneReading& reading, std::vector<FixedSet>& fixed);
+std::string fixed_text(const std::vector<FixedSet>& fixed);
+
 // The table, bound to these options.
 std::vector<ReductionKey> reduction_keys(ReductionOptions& reduction);
 // Its keys of the scene, of which those of other bases are not written.

@@ -78,12 +78,21 @@ enum class Pick { frequency, participation };
 // Basis massless: MacNeal's modes of the free body; the same with an interface part that falls off.
 enum class MasslessModes { free, tapered };
 
+// Nodes of a nodeset or sideset, and the axes along which they do not move.
+struct FixedSet {
+  std::string nodes;
+  std::array<bool, 3> fix{};
+  SourceLine source;
+};
+
 struct ReductionOptions {
   Basis basis = Basis::craig_bampton;
   std::vector<std::string> interface_sets;  // sidesets / nodesets; key `interface`
   // Rigid points of the component, each of which is a node of six dofs in the superelement; key
   // `points`.
   std::vector<std::string> interface_points;
+  // In the component's axes: dofs that the superelement does not have.
+  std::vector<FixedSet> fixed;
   std::optional<Index> modes;  // exactly one of modes, cutoff_hz, tolerance
   std::optional<double> cutoff_hz;
   // share of the interior's strain energy that modes may leave out (docs/theory.md)
@@ -105,6 +114,10 @@ struct ReductionOptions {
   // top (load_sets()).
   std::vector<std::string> loads;
   bool is_decomposed() const { return domains > 1; }
+  bool fixes(std::size_t axis) const {
+    return std::any_of(fixed.begin(), fixed.end(),
+                       [axis](const FixedSet& s) { return s.fix[axis]; });
+  }
   bool has_second_reduction() const { return second_modes || second_cutoff_hz; }
   CharacteristicOptions characteristic;  // with that basis only
   bool is_massless() const { return basis == Basis::massless; }
@@ -217,9 +230,9 @@ struct WallOptions {
   SourceLine source;
 };
 
-struct BoundaryCondition {
-  std::string instance, nodes;  // a nodeset or sideset
-  std::array<bool, 3> fix{};    // in the scene's axes
+// Its axes are those of the scene.
+struct BoundaryCondition : FixedSet {
+  std::string instance;
   // Rotations about these axes, of nodes that have any. Not given: all, where `fix` has all axes.
   std::optional<std::array<bool, 3>> fix_rotations = {};
   SupportMotion motion = SupportMotion::none;
@@ -230,7 +243,6 @@ struct BoundaryCondition {
   Vector3 turn = Vector3::Zero();
   std::optional<Vector3> about = {};
   History history;
-  SourceLine source;
   bool moves(Index axis) const { return motion != SupportMotion::none && value[axis] != 0; }
   bool rotates() const { return motion != SupportMotion::none && !turn.isZero(0); }
 };

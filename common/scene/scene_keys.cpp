@@ -27,6 +27,10 @@ struct WordsOf {
     return v.names.empty() ? Names{v.member ? "true" : "false"} : v.names;
   }
   Names operator()(const File& v) const { return {v.member.string()}; }
+  Names operator()(const Own& v) const {
+    const std::string text = v.text();
+    return text.empty() ? Names() : Names{text};
+  }
   Names operator()(const auto&) const { return {}; }
 };
 

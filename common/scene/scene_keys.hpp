@@ -130,7 +130,7 @@ struct SceneKey {
 // The keys of a map, or of the map `head` ("characteristic") in it, in the list's order.
 std::vector<std::string> names_of(const std::vector<SceneKey>& keys, const std::string& head = "");
 
-// The value as words: one; of names each. Nothing: it has none, or is no number, word or name.
+// The value as words: one; of names each. Nothing: it has none.
 std::vector<std::string> words_of(const SceneValue& value);
 
 }  // namespace cbr

@@ -4,6 +4,8 @@
 
 #include <Eigen/Geometry>
 
+#include "common/linalg/dense.hpp"
+
 namespace cbr {
 
 Matrix reduced_stiffness(const Superelement& s) {
@@ -41,9 +43,15 @@ Matrix reduced_rigid_modes(const Superelement& s, const Vector3& center) {
   return R;
 }
 
+Matrix free_combinations(const Superelement& s) {
+  if (!s.fixed.any()) return Matrix::Identity(6, 6);
+  return rigid_scales(s.rigid_body).asDiagonal() * null_space(s.fixed.resisted, 1e-9);
+}
+
 Vector3 residual_mass_share(const Superelement& s) {
   Vector3 share = Vector3::Zero();
   for (int axis = 0; axis < 3; ++axis) {
+    if (s.fixed.any() && s.fixed.resisted.col(axis).norm() > 1e-9) continue;  // none there
     Vector r(s.c());  // rigid translation of the interface   (c)
     for (Index i = 0; i < s.c(); ++i)
       r(i) = s.dof_component[static_cast<std::size_t>(i)] == axis ? 1.0 : 0.0;

@@ -76,6 +76,17 @@ struct Superelement {
 
   RigidBody rigid_body;  // of the full component
 
+  // Of a component with fixed dofs, which are not among the c. /fixed
+  struct Fixed {
+    // Of the rigid motions about the centre of mass, in units of rigid_scales(), those that fixed
+    // dofs resist: orthonormal combinations   (r x 6)
+    Matrix resisted = Matrix(0, 6);
+    // M times the six rigid motions, on the coordinates: of the modes q_k alone where they carry
+    // all mass   (n x 6, k x 6)
+    Matrix momentum = Matrix(0, 6);
+    bool any() const { return resisted.rows() > 0; }
+  } fixed;
+
   // Optional diagonal form: M = reduced mass, V^T M V = I, V^T K V = diag(omega^2). Rigid modes
   // first, omega = 0 exactly.
   Vector omega;  // n = k + c, rad/s, ascending; empty when not stored
@@ -191,6 +202,9 @@ Matrix reduced_mass(const Superelement& superelement);
 
 // Rigid motions in reduced coordinates, n x 6 about `center`: [0; R_c].
 Matrix reduced_rigid_modes(const Superelement& superelement, const Vector3& center);
+
+// Combinations of the six rigid motions about the centre of mass that fixed dofs leave   (6 x r)
+Matrix free_combinations(const Superelement& superelement);
 
 // rho_res for x, y, z: the share of a rigid translation's kinetic energy that sits in M_cc - M_kc^T
 // M_kc.

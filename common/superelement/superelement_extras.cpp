@@ -105,6 +105,10 @@ void write_extras(Hdf5Writer& file, const std::string& prefix, const Superelemen
   if (s.n_residual > 0) file.attribute(file_root(prefix), "n_residual", s.n_residual);
   if (s.spin_moments.size() > 0) file.write(prefix + "/spin_moments", s.spin_moments);
   if (s.spin_couplings.size() > 0) file.write(prefix + "/spin_couplings", s.spin_couplings);
+  if (s.fixed.any()) {
+    file.write(prefix + "/fixed/resisted", s.fixed.resisted);
+    file.write(prefix + "/fixed/momentum", s.fixed.momentum);
+  }
   write_conditioning(file, prefix, s.conditioning);
 }
 
@@ -122,6 +126,10 @@ void read_extras(const Hdf5Reader& file, const std::string& prefix, Superelement
     s.spin_moments = file.read_matrix(prefix + "/spin_moments");
   if (file.has(prefix + "/spin_couplings"))
     s.spin_couplings = file.read_matrix(prefix + "/spin_couplings");
+  if (file.has(prefix + "/fixed")) {
+    s.fixed.resisted = file.read_matrix(prefix + "/fixed/resisted");
+    s.fixed.momentum = file.read_matrix(prefix + "/fixed/momentum");
+  }
   s.conditioning = read_conditioning(file, prefix);
 }
 
@@ -186,21 +194,38 @@ void check_conditioning(const std::optional<Conditioning>& c, Index n, const std
 
 namespace {
 
+std::string shape_of(const Matrix& A) {
+  return "wrong shape (" + std::to_string(A.rows()) + ", " + std::to_string(A.cols()) + ")";
+}
+
+template <typename Require>
+void check_fixed(const Superelement& s, const Require& require) {
+  const Matrix &resisted = s.fixed.resisted, &momentum = s.fixed.momentum;
+  if (resisted.size() == 0 && momentum.size() == 0) return;
+  const Index n = s.has_interface_matrices() ? s.n() : s.k();
+  require(resisted.rows() >= 1 && resisted.rows() <= 6 && resisted.cols() == 6, "/fixed/resisted",
+          shape_of(resisted) + ", expected (r, 6) of 1 to 6 rigid motions");
+  require(momentum.rows() == n && momentum.cols() == 6, "/fixed/momentum",
+          shape_of(momentum) + ", expected (" + std::to_string(n) + ", 6)");
+  require(momentum.allFinite(), "/fixed/momentum", "not finite");
+  const Matrix unit = resisted * resisted.transpose();
+  const double off = (unit - Matrix::Identity(unit.rows(), unit.rows())).cwiseAbs().maxCoeff();
+  require(off <= 1e-6, "/fixed/resisted", "its rows are not orthonormal");
+}
+
 // Of at most all elastic modes of a body with six rigid motions.
-void check_spin_couplings(const Superelement& s, const std::string& where) {
+template <typename Require>
+void check_spin_couplings(const Superelement& s, const Require& require) {
   const Matrix& P = s.spin_couplings;
-  const auto require = [&](bool right, const std::string& what) {
-    if (!right) throw InputError(where + ": /spin_couplings: " + what);
-  };
+  const char* field = "/spin_couplings";
   if (P.size() == 0) return;
-  const std::string shape =
-      "wrong shape (" + std::to_string(P.rows()) + ", " + std::to_string(P.cols()) + "), expected ";
-  require(P.rows() == P.cols() && P.rows() % 3 == 0, shape + "(3 m, 3 m) of m modes");
-  require(P.rows() <= 3 * (s.n() - 6), shape + "at most " + std::to_string(3 * (s.n() - 6)) +
-                                           " rows, of the " + std::to_string(s.n()) +
-                                           " modes without rigid ones");
-  require(P.allFinite(), "not finite");
-  require((P - P.transpose()).cwiseAbs().maxCoeff() <= 1e-10 * P.cwiseAbs().maxCoeff(),
+  const std::string shape = shape_of(P) + ", expected ";
+  require(P.rows() == P.cols() && P.rows() % 3 == 0, field, shape + "(3 m, 3 m) of m modes");
+  require(P.rows() <= 3 * (s.n() - 6), field,
+          shape + "at most " + std::to_string(3 * (s.n() - 6)) + " rows, of the " +
+              std::to_string(s.n()) + " modes without rigid ones");
+  require(P.allFinite(), field, "not finite");
+  require((P - P.transpose()).cwiseAbs().maxCoeff() <= 1e-10 * P.cwiseAbs().maxCoeff(), field,
           "not symmetric");
 }
 
@@ -216,20 +241,17 @@ void check_extras(const Superelement& s, const std::string& where) {
   for (const auto& [name, load] : s.loads) {
     const std::string group = "/loads/" + name;
     require(load.force.rows() == s.n() && load.force.cols() == 3, group + "/force",
-            "wrong shape (" + std::to_string(load.force.rows()) + ", " +
-                std::to_string(load.force.cols()) + "), expected (" + std::to_string(s.n()) +
-                ", 3)");
+            shape_of(load.force) + ", expected (" + std::to_string(s.n()) + ", 3)");
     require(load.force.allFinite(), group + "/force", "not finite");
     require(std::isfinite(load.weight) && load.weight > 0, group + "/weight",
             "is not a positive number");
   }
   require(
       s.spin_moments.size() == 0 || (s.spin_moments.rows() == s.n() && s.spin_moments.cols() == 6),
-      "/spin_moments",
-      "wrong shape (" + std::to_string(s.spin_moments.rows()) + ", " +
-          std::to_string(s.spin_moments.cols()) + "), expected (" + std::to_string(s.n()) + ", 6)");
+      "/spin_moments", shape_of(s.spin_moments) + ", expected (" + std::to_string(s.n()) + ", 6)");
   require(s.spin_moments.allFinite(), "/spin_moments", "not finite");
-  check_spin_couplings(s, where);
+  check_spin_couplings(s, require);
+  check_fixed(s, require);
   check_conditioning(s.conditioning, s.n(), where);
   if (!s.accuracy) return;
   const Superelement::Accuracy& a = *s.accuracy;

@@ -35,7 +35,7 @@ class RigidCheck {
   }
 
   void check() const {
-    if (!is_told_) return;
+    if (!is_told_ || s_.fixed.any()) return;
     if (s_.is_massless() && s_.massless.V.size() > 0)
       return check_modes("/massless/V", s_.massless.V, s_.eigenvalues);
     if (s_.is_characteristic() && s_.characteristic.V.size() > 0)

@@ -146,7 +146,7 @@ class Builder {
   // Before any file is read completely.
   void check() {
     for (InstancePlan& plan : index_.plans())
-      if (scene_.time->rotations == Rotations::large && !plan.is_held() &&
+      if (scene_.time->rotations == Rotations::large && !plan.is_held() && !plan.is_fixed &&
           (refuses_ || plan.features.contains(feature::spin)))
         plan.features.try_emplace(feature::large_rotation, Asked{&plan.instance->source});
     check_plans();
@@ -227,8 +227,9 @@ class Builder {
     for (std::size_t i = 0; supports != nullptr && i < supports->sets().size(); ++i)
       built_.simulation.reactions.push_back({instance.name, made.body.get(), i});
     built_.simulation.bodies.push_back(std::move(made.body));
-    built_.simulation.supports.push_back(plan.is_held() ? std::optional<Supports>(Supports())
-                                                        : std::nullopt);
+    built_.simulation.supports.push_back(
+        plan.is_held() || plan.is_fixed ? std::optional<Supports>(Supports()) : std::nullopt);
+    built_.momentum_is_kept &= !plan.is_held() && !plan.is_fixed;
     built_.instances.push_back(std::move(of));
   }
 
@@ -273,7 +274,6 @@ BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& 
   check_time_and_instances(scene);
   if (scene.time->is_static) scene = with_growing_loads(std::move(scene));
   BuiltScene built;
-  built.momentum_is_kept = scene.boundary.empty();
   const bool is_automatic = scene.time->rotations == Rotations::automatic;
   scene = with_rotations(std::move(scene), options);
   if (scene.time->rotations == Rotations::large) {

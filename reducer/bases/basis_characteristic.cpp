@@ -44,6 +44,7 @@ void make_basis_characteristic(Reduction& r, Ingredients&& given, Superelement& 
   FixedInterfaceModes& modes = given.modes;
   const InterfaceMotions motions = motions_to_judge(r, false, s);
   complete_modes(r, motions, modes, given.condensed, s);
+  add_momentum(r, modes.Phi, s);
   judge_reduced_rigid(r, s);
   const FreeEigenvalues free = look_before(r, modes.Phi, s);
   if (r.options.recovery) add_recovery(r, std::move(given.condensed.Psi), std::move(modes.Phi), s);
@@ -57,8 +58,8 @@ void make_basis_characteristic(Reduction& r, Ingredients&& given, Superelement& 
 
 bool make_basis_of_free_shapes(Reduction& r, Superelement& s) {
   const CharacteristicOptions& options = r.options.characteristic;
-  // several processes have no whole model
-  if (r.model.K.rows() == 0) return false;
+  // several processes have no whole model; rigid motions are all six here
+  if (r.model.K.rows() == 0 || s.fixed.any()) return false;
   if (!few_enough(options, !has_parts(r), r.p.n_interior(), s)) return false;
   std::optional<FreeShapes> shapes;
   s.characteristic.statics = static_forces(options, s);

@@ -16,7 +16,7 @@ namespace {
 
 // Only of a component that can rotate by itself.
 void add_spin_moments(const Reduction& r, const Matrix& Phi, Superelement& s) {
-  if (r.settings.is_domain || has_parts(r) || r.p.n_points > 0) return;
+  if (r.settings.is_domain || has_parts(r) || r.p.n_points > 0 || s.fixed.any()) return;
   s.spin_moments = spin_moments(*r.inside, coordinates_of(r, own_nodes(r)),
                                 coordinates_of(r, r.p.interface_nodes), s.rigid_body.center, Phi);
 }
@@ -61,6 +61,7 @@ void make_basis_craig_bampton(Reduction& r, Ingredients&& given, Superelement& s
   const bool is_judged = !r.settings.is_domain;
   const InterfaceMotions motions = motions_to_judge(r, is_judged, s);
   complete_modes(r, motions, modes, given.condensed, s);
+  add_momentum(r, modes.Phi, s);
   add_spin_moments(r, modes.Phi, s);
   judge_reduced_rigid(r, s);
   if (is_judged) {

@@ -25,12 +25,22 @@ void refuse_mechanism(Reduction& r, const Superelement& s) {
                                              : r.figures.condition.weakest);
 }
 
+// Of the rows of the model   (N x r)
+Matrix rigid_motions_left(const Reduction& r, const Superelement& s) {
+  std::vector<Index> free;
+  for (std::size_t dof = 0; dof < r.model.row_of_dof.size(); ++dof)
+    if (r.model.row_of_dof[dof] >= 0) free.push_back(static_cast<Index>(dof));
+  return Matrix(rigid_modes(r.x, s.rigid_body.center)(free, Eigen::all)) * free_combinations(s);
+}
+
 }  // namespace
 
 void make_basis_massless(Reduction& r, Superelement& s) {
   const auto phase = r.report.phase("free modes");
   refuse_mechanism(r, s);
-  MasslessFigures m = make_massless({r.model.K, r.model.M, r.x, r.part}, r.p, *r.factor,
+  FreeModel model{r.model.K, r.model.M, r.x, r.part};
+  if (s.fixed.any()) model.left = rigid_motions_left(r, s);
+  MasslessFigures m = make_massless(model, r.p, *r.factor,
                                     {r.options.modes.value_or(0), r.options.cutoff_hz.value_or(0),
                                      r.options.massless_modes == MasslessModes::tapered},
                                     s, r.report);
@@ -42,6 +52,7 @@ void make_basis_massless(Reduction& r, Superelement& s) {
   if (r.options.modes) warn_of_cut_pair(s.eigenvalues, m.free.next, r.report);
   s.accuracy = accuracy_of_free_modes(s.eigenvalues.tail(s.k() - m.n_rigid), m.free.next, m.share);
   keep_lowest(r, m.free.Phi.middleCols(m.n_rigid, s.k() - m.n_rigid));
+  if (s.fixed.any()) s.fixed.momentum = m.free.Phi.leftCols(s.k()).transpose() * r.momentum;
   m.free.Phi = Matrix();
   keep_figures(r, s, std::move(m));
 }

@@ -34,7 +34,8 @@ Vector3 residual_mass_share(const InterfaceMotions& rigid, const Matrix& Phi, do
 
 void judge_reduced_rigid(Reduction& r, const Superelement& s) {
   r.inside->in_first([&] {
-    const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
+    const Matrix R =
+        reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c()) * free_combinations(s);
     r.figures.condition.reduced_rigid = rigid_residual(s.K_cc, R).value;
   });
 }

@@ -7,6 +7,7 @@
 #include "common/base/machine_memory.hpp"
 #include "common/fem/block_elements.hpp"
 #include "common/fem/connected_parts.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/huge_pages.hpp"
 #include "reducer/bases/engine.hpp"
 #include "reducer/condensation/condensation.hpp"
@@ -18,6 +19,7 @@ namespace {
 
 constexpr double singular_pivot = 1e-14;
 constexpr double to_round_off = 1e-13;
+constexpr double moves_none = 1e-9;  // of the fixed dofs, of the rigid motion that moves them most
 
 // Of the full K, as it was assembled.
 void check_rigid_motions(Reduction& r, const Vector3& center) {
@@ -37,13 +39,17 @@ void take(FiniteElementModel&& made, FiniteElementModel& model) {
   model.n_rotations = made.n_rotations;
 }
 
+void require_one_part(const Reduction& r, const std::string& key) {
+  if (has_parts(r))
+    throw InputError(r.options.source.text() + ": reduction." + key +
+                     ": the component has several parts, which nothing joins, and this needs one: "
+                     "give each part a component of its own");
+}
+
 // From here on the model has the points in the place of their sets' nodes.
 void take_points_in(Reduction& r) {
   if (r.settings.points.empty()) return;
-  if (has_parts(r))
-    throw InputError(r.options.source.text() +
-                     ": reduction.points: the component has several parts, which nothing joins, "
-                     "and points need one: give each part a component of its own");
+  require_one_part(r, "points");
   if (r.model.n_rotations > 0)
     throw InputError(r.options.source.text() +
                      ": reduction.points does not know shells (blocks.NAME.thickness), whose nodes "
@@ -52,6 +58,21 @@ void take_points_in(Reduction& r) {
   couple_rigidly(r.mesh, r.settings.points, r.model, r.x);
   r.p.n_points = static_cast<Index>(r.settings.points.size());
   r.part.assign(r.model.nodes.size(), 0);
+}
+
+// From here on the model has no rows of fixed dofs.
+void take_fixed_out(Reduction& r, Superelement& s) {
+  if (r.options.fixed.empty()) return;
+  require_one_part(r, "fixed");
+  const Matrix R = rigid_modes(r.x, s.rigid_body.center), momentum = r.model.M * R;
+  fix_dofs(r.mesh, r.options.fixed, r.model);
+  std::vector<Index> fixed, free;
+  for (Index dof = 0; dof < R.rows(); ++dof) (r.model.is_fixed(dof) ? fixed : free).push_back(dof);
+  r.momentum = momentum(free, Eigen::all);
+  const RightSingular moved =
+      right_singular(R(fixed, Eigen::all) * rigid_scales(s.rigid_body).asDiagonal());
+  const Index n = (moved.values.array() > moves_none * moved.values(0)).count();
+  s.fixed.resisted = moved.V.leftCols(n).transpose();
 }
 
 // Rotations of kept nodes are kept too, unless they are to be condensed. kept: ascending
@@ -118,8 +139,8 @@ void return_room() { return_unused_heap(0.1 * machine_memory_bytes()); }
 
 bool may_condense_by_fronts(const Reduction& r) {
   const bool asked = r.settings.way == CondensationWay::fronts;
-  return !r.options.recovery && (asked || r.settings.way == CondensationWay::automatic) &&
-         r.settings.panel == 0;
+  return !r.options.recovery && r.options.fixed.empty() &&
+         (asked || r.settings.way == CondensationWay::automatic) && r.settings.panel == 0;
 }
 
 void take_factor(Reduction& r, SparseCholesky&& factor) {
@@ -154,6 +175,7 @@ void LocalEngine::assemble(Reduction& r, Superelement& s) {
   check_rigid_motions(r, s.rigid_body.center);
   r.figures.n_dofs = r.model.K.rows();
   take_points_in(r);
+  take_fixed_out(r, s);
   if (interface_ == nullptr) {
     kept = kept_nodes(r);
   } else {
@@ -164,6 +186,10 @@ void LocalEngine::assemble(Reduction& r, Superelement& s) {
   if (!r.options.is_characteristic())
     require_memory_for_interface(3 * static_cast<Index>(kept.size()), machine_memory_bytes());
   partition(r.model, kept, r.p);
+  if (r.p.n_interface() == 0 && r.p.has_fixed())
+    throw InputError(r.options.fixed.front().source.text() +
+                     ": reduction.fixed leaves no dof of the interface (" +
+                     join(r.options.interface_sets) + "): fix fewer axes, or keep other sets");
   r.figures.n_interior = r.p.n_interior();
   if (!r.options.is_massless() && !r.options.is_characteristic() && !may_condense_by_fronts(r))
     drop_model(r);
@@ -176,7 +202,7 @@ void LocalEngine::factorise(Reduction& r) {
     const auto phase = r.report.phase("factorisation and condensation");
     Condensed condensed;
     std::optional<SparseCholesky> factor = SparseCholesky::condensing(
-        r.model.K, r.model.M, dofs_of(r.p.interface_nodes), condensed,
+        r.model.K, r.model.M, r.p.interface_rows, condensed,
         r.settings.way == CondensationWay::fronts,
         [&](double share) { r.report.progress("factorisation and condensation", share); });
     if (factor) {

@@ -83,6 +83,11 @@ Vector falling_weights(const Vector& lambda, double end) {
 
 // Six of each part, about its middle and of its size, N^T M N = I   (N x 6 parts)
 Matrix rigid_motions(const FreeModel& model) {
+  const auto unit = [&](Matrix N) {
+    orthonormalise([&](const Matrix& X) { return Matrix(model.M * X); }, N, "the rigid motions");
+    return N;
+  };
+  if (model.left) return unit(*model.left);
   const Index n_parts = *std::max_element(model.part.begin(), model.part.end()) + 1;
   Matrix N = Matrix::Zero(model.K.rows(), 6 * n_parts);
   for (Index number = 0; number < n_parts; ++number) {
@@ -102,8 +107,7 @@ Matrix rigid_motions(const FreeModel& model) {
       if (model.part[i] == number) N.block(row, 6 * number, 3, 6) = all.middleRows(row, 3);
     }
   }
-  orthonormalise([&](const Matrix& X) { return Matrix(model.M * X); }, N, "the rigid motions");
-  return N;
+  return unit(std::move(N));
 }
 
 // A generalised inverse of K_cc, N_c being the rigid motions of the interface   (c x c)
@@ -123,11 +127,7 @@ class ReductionSolver {
  public:
   ReductionSolver(const FreeModel& model, const Partition& p, const SparseCholesky& factor,
                   const Superelement& s)
-      : model_(model),
-        p_(p),
-        factor_(factor),
-        I_(dofs_of(p.interior_nodes)),
-        C_(dofs_of(p.interface_nodes)) {
+      : model_(model), p_(p), factor_(factor), I_(p.interior_rows), C_(p.interface_rows) {
     N_ = rigid_motions(model);
     P_ = model.M * N_;
     N_c_ = N_(C_, Eigen::all);

@@ -4,6 +4,7 @@
 // docs/theory.md, "An interface without mass".
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,10 +32,11 @@ struct MasslessFigures {
 
 // The full model, as far as free modes need it.
 struct FreeModel {
-  const SparseMatrix& K;           // N x N
-  const SparseMatrix& M;           // N x N
-  const Points& x;                 // of its nodes
-  const std::vector<Index>& part;  // per node: the connected part that it belongs to
+  const SparseMatrix& K;            // N x N
+  const SparseMatrix& M;            // N x N
+  const Points& x;                  // of its nodes
+  const std::vector<Index>& part;   // per node: the connected part that it belongs to
+  std::optional<Matrix> left = {};  // with fixed dofs: the rigid motions that they leave   (N x r)
 };
 
 // How many modes: elastic ones, the lowest `modes` or all below cutoff_hz; rigid motions come on

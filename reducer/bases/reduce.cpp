@@ -55,11 +55,17 @@ void make_basis(Reduction& r, Superelement& s) {
 // Rayleigh quotients of the lowest modes, of phi^T M phi = 1, with consistent mass.
 Vector shift_by_consistent_mass(const Reduction& r, const Matrix& lowest) {
   if (lowest.cols() == 0 || r.model.n_rotations > 0 || r.p.n_points > 0) return {};
-  Matrix X = lowest;
+  const std::vector<Index>&inside = r.p.interior_rows, &kept = r.p.interface_rows;
+  Matrix of_rows = lowest;
   if (!r.options.is_massless()) {
-    X.setZero(3 * static_cast<Index>(r.model.nodes.size()), lowest.cols());
-    X(dofs_of(r.p.interior_nodes), Eigen::all) = lowest;
+    of_rows.setZero(static_cast<Index>(inside.size() + kept.size()), lowest.cols());
+    of_rows(inside, Eigen::all) = lowest;
   }
+  const std::vector<Index>& row = r.model.row_of_dof;
+  Matrix X = row.empty() ? std::move(of_rows)
+                         : Matrix::Zero(static_cast<Index>(row.size()), lowest.cols());
+  for (std::size_t dof = 0; dof < row.size(); ++dof)
+    if (row[dof] >= 0) X.row(static_cast<Index>(dof)) = of_rows.row(row[dof]);
   return consistent_mass_products(r.mesh, r.properties, r.model, X)
              .cwiseSqrt()
              .cwiseInverse()

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "reducer/modes/interior_loads.hpp"
 #include "reducer/partition/interface_sets.hpp"
 
 namespace cbr {
@@ -74,7 +75,8 @@ Index mesh_node(const Reduction& r, Index model_node) {
   return r.model.nodes[static_cast<std::size_t>(model_node)];
 }
 
-std::string node_of_interior_dof(const Reduction& r, Index dof) {
+std::string node_of_interior_dof(const Reduction& r, Index row) {
+  const Index dof = r.p.interior_dof(row);
   const Index node = r.p.interior_nodes[static_cast<std::size_t>(dof / 3)];
   return name_of_node(r.mesh, r.model.nodes[static_cast<std::size_t>(node)]) +
          (r.p.is_interior_rotation(dof / 3) ? " turning about " : " in ") + "xyz"[dof % 3];
@@ -102,12 +104,19 @@ std::vector<ComponentPart> parts(const Reduction& r) {
   return split(r.p, parts_of_nodes(r, r.p.interior_nodes), parts_of_nodes(r, r.p.interface_nodes));
 }
 
-std::string node_of_interface_dof(const Reduction& r, Index dof) {
+std::string node_of_interface_dof(const Reduction& r, Index row) {
+  const Index dof = r.p.interface_dof(row);
   return name_of_node(r.mesh, mesh_node(r, r.p.interface_nodes[static_cast<std::size_t>(dof / 3)]));
 }
 
 Points coordinates_of(const Reduction& r, const std::vector<Index>& nodes) {
   return r.x(nodes, Eigen::all);
+}
+
+void add_momentum(const Reduction& r, const Matrix& Phi, Superelement& s) {
+  if (!s.fixed.any()) return;
+  s.fixed.momentum = generalised_forces(*r.inside, r.momentum(r.p.interior_rows, Eigen::all),
+                                        r.momentum(r.p.interface_rows, Eigen::all), Phi);
 }
 
 std::vector<Index> own_nodes(const Reduction& r) {
@@ -119,6 +128,14 @@ std::vector<Index> own_nodes(const Reduction& r) {
 }
 
 namespace {
+
+// Rows of all dofs of the interior's nodes: fixed ones do not move.
+void add_fixed_rows(const Partition& p, Matrix& A) {
+  if (!p.has_fixed()) return;
+  Matrix all = Matrix::Zero(3 * static_cast<Index>(p.interior_nodes.size()), A.cols());
+  all(p.interior_dofs, Eigen::all) = A;
+  A = std::move(all);
+}
 
 void recover_in_one(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& s) {
   Superelement::Recovery recovery;
@@ -136,6 +153,8 @@ void recover_in_one(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement
     recovery.Psi.resize(0, r.p.n_interface());
     recovery.Phi.resize(0, s.k());
   }
+  add_fixed_rows(r.p, recovery.Psi);
+  add_fixed_rows(r.p, recovery.Phi);
   add_nodes_of_points(r, recovery);
   const std::vector<Index> place = places(r);
   for (const auto& block : r.mesh.blocks) {
@@ -161,6 +180,7 @@ void describe_interface(const Reduction& r, Superelement& s) {
   s.node_ids = ids_of(r, nodes);
   Points x = coordinates_of(r, nodes);
   for (Index i = 0; i < 3 * x.rows(); ++i) {
+    if (r.model.is_fixed(3 * nodes[static_cast<std::size_t>(i / 3)] + i % 3)) continue;
     s.dof_node.push_back(i / 3);
     s.dof_component.push_back(static_cast<int>(i % 3));
   }

@@ -32,6 +32,8 @@ struct Reduction {
   Partition p = {};
   std::vector<Index> part = {};  // per model node
   Points x = {};                 // of the model's nodes
+  // Of fixed dofs alone: M of all dofs times the six rigid motions   (rows of the model x 6)
+  Matrix momentum = {};
   ReductionFigures figures = {};
   ModesNotKept not_kept = {};
   Matrix lowest = {};  // n_rows x m: the lowest of the kept modes; of free ones all dofs x m
@@ -40,8 +42,8 @@ struct Reduction {
 };
 
 Index mesh_node(const Reduction& r, Index model_node);
-std::string node_of_interior_dof(const Reduction& r, Index dof);  // with its axis
-std::string node_of_interface_dof(const Reduction& r, Index dof);
+std::string node_of_interior_dof(const Reduction& r, Index row);  // with its axis
+std::string node_of_interface_dof(const Reduction& r, Index row);
 
 // Per node the number of its connected part.
 std::vector<Index> parts_of_nodes(const Reduction& r, const std::vector<Index>& nodes);
@@ -53,6 +55,8 @@ std::vector<ComponentPart> parts(const Reduction& r);
 Points coordinates_of(const Reduction& r, const std::vector<Index>& nodes);
 // Model nodes of the interior that this process has.
 std::vector<Index> own_nodes(const Reduction& r);
+// s.fixed.momentum of Craig-Bampton's coordinates.
+void add_momentum(const Reduction& r, const Matrix& Phi, Superelement& s);
 void describe_interface(const Reduction& r, Superelement& s);
 // Psi: of the first process; Phi: n_rows x k.
 void add_recovery(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement& s);

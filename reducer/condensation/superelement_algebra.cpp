@@ -11,6 +11,7 @@
 namespace cbr {
 
 Matrix rigid_motions_of_parts(const Superelement& s, const std::vector<Index>& part) {
+  if (s.fixed.any()) return reduced_rigid_modes(s, s.rigid_body.center) * free_combinations(s);
   const Index n_parts = part.empty() ? 0 : *std::max_element(part.begin(), part.end()) + 1;
   std::vector<Vector> columns;
   for (Index number = 0; number < n_parts; ++number) {
@@ -55,6 +56,7 @@ Matrix rigid_motions_of_parts(const Superelement& s, const std::vector<Index>& p
 
 void orthonormalise(const std::function<Matrix(const Matrix&)>& times_M, Matrix& X,
                     const char* what) {
+  if (X.cols() == 0) return;
   for (int pass = 0; pass < 2; ++pass) {
     const Cholesky cholesky(X.transpose() * times_M(X));
     if (!cholesky.ok())
@@ -68,6 +70,7 @@ void orthonormalise(const Matrix& M, Matrix& X, const char* what) {
 }
 
 HeldStiffness hold_rigid_motions(const Matrix& K_cc, const Matrix& R) {
+  if (R.cols() == 0) return {K_cc, R, 0};
   HeldStiffness held{K_cc, orthonormal_basis(R), K_cc.diagonal().mean()};
   held.K.noalias() += held.scale * held.N * held.N.transpose();
   return held;

@@ -65,6 +65,8 @@ void divide(Reduction& r) {
   for (const Index i : r.p.interface_nodes) kept[i] = true;
   for (Index i = 0; i < n; ++i)
     if (!kept[i]) r.p.interior_nodes.push_back(i);
+  r.p.interior_rows = dofs_of(r.p.interior_nodes);
+  r.p.interface_rows = dofs_of(r.p.interface_nodes);
   const auto n_I = 3 * static_cast<Index>(r.p.interior_nodes.size()),
              c = 3 * static_cast<Index>(r.p.interface_nodes.size());
   r.p.K_II.resize(n_I, n_I);

@@ -140,14 +140,17 @@ std::vector<SummaryLine> frequency_lines(const Superelement& s) {
   const auto add = [&](const std::string& label, const std::string& list) {
     if (!list.empty()) lines.push_back({label + list});
   };
+  const std::string of_part = std::string("  free         first elastic frequencies of the ") +
+                              (s.fixed.any() ? "part with its fixed dofs: " : "free part: ");
+  if (s.fixed.any())
+    lines.push_back({"  fixed        " + std::to_string(s.fixed.resisted.rows()) +
+                     " of the six rigid motions; fixed dofs are not among those of the interface"});
   if (s.has_interface_matrices()) {
     add("  held         first frequencies with the interface held: ",
         listed(roots(s.eigenvalues.head(s.k() - s.n_residual))));
-    add("  free         first elastic frequencies of the free part: ",
-        listed({s.omega.begin(), s.omega.end()}));
+    add(of_part, listed({s.omega.begin(), s.omega.end()}));
   } else {
-    add("  free         first elastic frequencies of the free part: ",
-        listed(roots(s.eigenvalues)));
+    add(of_part, listed(roots(s.eigenvalues)));
   }
   return lines;
 }

@@ -54,6 +54,7 @@ FreeModes free_modes(const Partition& p, const Superelement& s, const std::vecto
   reduced.node_ids = s.node_ids;
   reduced.coordinates = s.coordinates;
   reduced.rigid_body = s.rigid_body;
+  reduced.fixed = s.fixed;
   reduced.dof_node = s.dof_node;
   reduced.dof_component = s.dof_component;
   reduced.eigenvalues = modes.lambda;

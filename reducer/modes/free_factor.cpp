@@ -70,7 +70,7 @@ FreeFactor free_factor(const FreeComponent& model, const Partition& p, Index n_f
                        const Progress& progress) {
   Matrix N = rigid_motions_of(model);
   Matrix P = model.M * N;
-  const std::vector<Index> interface = dofs_of(p.interface_nodes);
+  const std::vector<Index>& interface = p.interface_rows;
   const FactorCost interior = factor_cost(node_graph(p.K_II, 3, {}), 3);
   const double n_ratio = static_cast<double>(model.K.rows()) / static_cast<double>(p.n_interior());
   const bool last = free_factor_cost(interior, n_ratio, p.n_interface(), n_forces).is_one_factor;

@@ -97,8 +97,8 @@ InteriorLoads interior_loads(const Mesh& mesh, const FiniteElementModel& model, 
     nodes.push_back(std::move(of_surface));
   }
   const auto m = static_cast<Index>(loads.names.size());
-  loads.F_I = Matrix::Zero(p.n_interior(), 3 * m);
-  loads.F_C = Matrix::Zero(p.n_interface(), 3 * m);
+  loads.F_I = Matrix::Zero(3 * static_cast<Index>(p.interior_nodes.size()), 3 * m);
+  loads.F_C = Matrix::Zero(3 * static_cast<Index>(p.interface_nodes.size()), 3 * m);
   for (Index j = 0; j < m; ++j)
     for (const Index node : nodes[j])
       for (int d = 0; d < 3; ++d) {
@@ -106,6 +106,9 @@ InteriorLoads interior_loads(const Mesh& mesh, const FiniteElementModel& model, 
         (at >= 0 ? loads.F_I(at + d, 3 * j + d) : loads.F_C(-1 - at + d, 3 * j + d)) =
             weights[j](node);
       }
+  if (!p.has_fixed()) return loads;
+  loads.F_I = Matrix(loads.F_I(p.interior_dofs, Eigen::all));
+  loads.F_C = Matrix(loads.F_C(p.interface_dofs, Eigen::all));
   return loads;
 }
 

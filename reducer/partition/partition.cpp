@@ -50,6 +50,18 @@ std::vector<Index> numbering(const std::vector<Index>& dofs, Index n) {
   return local;
 }
 
+// Rows of K of the nodes' dofs; where some are fixed, also the numbers of the others.
+void take_rows(const FiniteElementModel& model, const std::vector<Index>& nodes,
+               std::vector<Index>& rows, std::vector<Index>& numbers) {
+  rows = dofs_of(nodes);
+  numbers.clear();
+  if (model.row_of_dof.empty()) return;
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (!model.is_fixed(rows[i])) numbers.push_back(static_cast<Index>(i));
+  std::erase_if(rows, [&](Index dof) { return model.is_fixed(dof); });
+  for (Index& row : rows) row = model.row_of_dof[static_cast<std::size_t>(row)];
+}
+
 bool is_diagonal(const SparseMatrix& M) {
   for (Index j = 0; j < M.cols(); ++j) {
     for (SparseMatrix::InnerIterator it(M, j); it; ++it) {
@@ -63,7 +75,7 @@ struct Part {
   std::vector<Index> interior, interface;  // model nodes
 };
 
-// Rank of the six rigid motions of the part on its interface nodes.
+// Rank of the six rigid motions of the part on its interface nodes and on dofs that are fixed.
 Index rank_on_interface(const Mesh& mesh, const FiniteElementModel& model, const Part& part) {
   const auto position = [&](Index i) {
     return Vector3(mesh.coordinates.row(model.nodes[static_cast<std::size_t>(i)]));
@@ -78,7 +90,17 @@ Index rank_on_interface(const Mesh& mesh, const FiniteElementModel& model, const
     x.row(i) = (position(part.interface[static_cast<std::size_t>(i)]) - center) / size;
   const auto n_rotations = std::count_if(part.interface.begin(), part.interface.end(),
                                          [&](Index i) { return i >= model.n_translations(); });
-  return PivotedQr(rigid_modes(x, Vector3::Zero(), n_rotations), collinear).rank();
+  Matrix R = rigid_modes(x, Vector3::Zero(), n_rotations);
+  for (const Index i : part.interior) {
+    const Matrix at =
+        rigid_modes(Points((position(i) - center).transpose() / size), Vector3::Zero());
+    for (Index c = 0; c < 3; ++c) {
+      if (!model.is_fixed(3 * i + c)) continue;
+      R.conservativeResize(R.rows() + 1, Eigen::NoChange);
+      R.bottomRows(1) = at.row(c);
+    }
+  }
+  return PivotedQr(R, collinear).rank();
 }
 
 // "; node id 28 of block 'a' and node id 3 of block 'b' are at the same place: ...", or "": a node
@@ -181,7 +203,9 @@ void partition(const FiniteElementModel& model, const std::vector<Index>& interf
   };
   p.interior_rotations = rotations_of(p.interior_nodes);
   p.interface_rotations = rotations_of(p.interface_nodes);
-  const std::vector<Index> I = dofs_of(p.interior_nodes), C = dofs_of(p.interface_nodes);
+  take_rows(model, p.interior_nodes, p.interior_rows, p.interior_dofs);
+  take_rows(model, p.interface_nodes, p.interface_rows, p.interface_dofs);
+  const std::vector<Index>&I = p.interior_rows, &C = p.interface_rows;
   const std::vector<Index> local_I = numbering(I, model.K.rows()),
                            local_C = numbering(C, model.K.rows());
   const auto n_I = static_cast<Index>(I.size()), c = static_cast<Index>(C.size());
@@ -238,6 +262,37 @@ void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model,
                      (partition.interior_rotations > 0
                           ? ", or keep rotations of shells there (condense_rotations: false)"
                           : ""));
+  }
+}
+
+void fix_dofs(const Mesh& mesh, const std::vector<FixedSet>& fixed, FiniteElementModel& model) {
+  if (fixed.empty()) return;
+  std::vector<Index>& row = model.row_of_dof;
+  row.assign(3 * model.nodes.size(), 0);
+  for (const FixedSet& set : fixed) {
+    const auto fail = [&](const std::string& what) {
+      throw InputError(set.source.text() + ": reduction.fixed: " + what);
+    };
+    std::vector<Index> nodes;
+    try {
+      nodes = interface_nodes(mesh, model, {set.nodes});
+    } catch (const InputError& error) {
+      fail(error.what());
+    }
+    for (const Index node : nodes)
+      for (std::size_t c = 0; c < 3; ++c)
+        if (set.fix[c]) row[3 * static_cast<std::size_t>(node) + c] = -1;
+  }
+  std::vector<Index> kept;
+  for (std::size_t dof = 0; dof < row.size(); ++dof) {
+    if (row[dof] < 0) continue;
+    row[dof] = static_cast<Index>(kept.size());
+    kept.push_back(static_cast<Index>(dof));
+  }
+  for (SparseMatrix* A : {&model.K, &model.M}) {
+    SparseMatrix whole;
+    whole.swap(*A);
+    take_block(whole, row, static_cast<Index>(kept.size()), kept, *A);
   }
 }
 

@@ -20,6 +20,8 @@ namespace cbr {
 struct Partition {
   // model nodes (rows of FiniteElementModel::nodes), ascending
   std::vector<Index> interior_nodes, interface_nodes;
+  // Of each dof its row of the model's K, and where dofs are fixed 3 i + c of its node i.
+  std::vector<Index> interior_rows, interface_rows, interior_dofs, interface_dofs;
   SparseMatrix K_II, K_IC, K_CC;  // n_I x n_I, n_I x c, c x c
   SparseMatrix M_II, M_IC, M_CC;
   bool lumped = false;  // M is diagonal, but for points: M_IC = 0
@@ -40,6 +42,13 @@ struct Partition {
   bool is_interior_rotation(Index i) const {
     return i >= static_cast<Index>(interior_nodes.size()) - interior_rotations;
   }
+  Index interior_dof(Index row) const {
+    return interior_dofs.empty() ? row : interior_dofs[static_cast<std::size_t>(row)];
+  }
+  Index interface_dof(Index row) const {
+    return interface_dofs.empty() ? row : interface_dofs[static_cast<std::size_t>(row)];
+  }
+  bool has_fixed() const { return !interior_dofs.empty() || !interface_dofs.empty(); }
   bool has_rotations() const { return n_points + interior_rotations + interface_rotations > 0; }
   Index n_interior() const { return K_II.rows(); }
   Index n_interface() const { return K_CC.rows(); }
@@ -81,5 +90,9 @@ void tell_of_parts(const Mesh& mesh, const FiniteElementModel& model,
 
 // Dofs (n_I or c) of a list of model nodes.
 std::vector<Index> dofs_of(const std::vector<Index>& nodes);
+
+// Takes the rows of fixed dofs out of the model's K and M. InputError at an entry: no such set, a
+// node that no volume element uses.
+void fix_dofs(const Mesh& mesh, const std::vector<FixedSet>& fixed, FiniteElementModel& model);
 
 }  // namespace cbr

@@ -16,6 +16,7 @@ namespace cbr {
 namespace {
 
 constexpr double independent = 1e-10;  // of the rigid motions on the interface
+constexpr double moves_none = 1e-9;    // of fixed dofs
 // Inertia that is put right is right to round-off. Of a soft block beside one 1e8 to 1e12 times as
 // stiff a lag of 5e-6 to 5e-2 (forces of 1e-7 to 1.5e-3) left the lowest eigenvalues within 4e-7 to
 // 2e-3, against 64 bits of mantissa; of thin sheets about as far off as the lag.
@@ -77,15 +78,15 @@ SparseMatrix sparse(Index rows, Index columns, const Triplets& triplets) {
   return A;
 }
 
-// Of six rows and columns each
-SparseMatrix block_diagonal(const std::vector<Matrix>& blocks) {
+// Of m rows and columns each
+SparseMatrix block_diagonal(const std::vector<Matrix>& blocks, Index m) {
   Triplets triplets;
   for (std::size_t b = 0; b < blocks.size(); ++b)
-    for (Index j = 0; j < 6; ++j)
-      for (Index i = 0; i < 6; ++i)
-        triplets.emplace_back(6 * static_cast<Index>(b) + i, 6 * static_cast<Index>(b) + j,
+    for (Index j = 0; j < m; ++j)
+      for (Index i = 0; i < m; ++i)
+        triplets.emplace_back(m * static_cast<Index>(b) + i, m * static_cast<Index>(b) + j,
                               blocks[b](i, j));
-  const auto n = 6 * static_cast<Index>(blocks.size());
+  const auto n = m * static_cast<Index>(blocks.size());
   return sparse(n, n, triplets);
 }
 
@@ -108,14 +109,15 @@ void orthonormalise(RigidMotions& rigid) {
   for (int pass = 0; pass < 2; ++pass) {
     const SparseMatrix M = SparseMatrix(rigid.R_I.transpose()) * rigid.P_I +
                            SparseMatrix(rigid.R_C.transpose()) * rigid.P_C;
+    const Index m = rigid.of_part;
     std::vector<Matrix> blocks;
-    for (Index first = 0; first < rigid.count(); first += 6) {
-      const Cholesky cholesky(Matrix(M.middleCols(first, 6)).middleRows(first, 6));
+    for (Index first = 0; first < rigid.count(); first += m) {
+      const Cholesky cholesky(Matrix(M.middleCols(first, m)).middleRows(first, m));
       if (!cholesky.ok()) throw RunError("the mass of the rigid motions is not positive definite");
-      blocks.emplace_back(Matrix::Identity(6, 6));
+      blocks.emplace_back(Matrix::Identity(m, m));
       cholesky.solve_upper_in_place(blocks.back());
     }
-    const SparseMatrix T = block_diagonal(blocks);
+    const SparseMatrix T = block_diagonal(blocks, m);
     for (SparseMatrix* A : {&rigid.R_I, &rigid.R_C, &rigid.P_I, &rigid.P_C})
       *A = SparseMatrix(*A * T);
   }
@@ -136,29 +138,30 @@ void add_symmetric(const Matrix& H, const SparseMatrix& G, Matrix& A) {
 }
 
 // Orthonormal columns that span those of each part's R_C; N^T   (r x c)
-SparseMatrix orthonormal(const SparseMatrix& R_C) {
+SparseMatrix orthonormal(const SparseMatrix& R_C, Index m) {
   Triplets triplets;
-  for (Index first = 0; first < R_C.cols(); first += 6) {
+  for (Index first = 0; first < R_C.cols(); first += m) {
     std::vector<Index> rows;
-    for (Index j = first; j < first + 6; ++j)
+    for (Index j = first; j < first + m; ++j)
       for (SparseMatrix::InnerIterator it(R_C, j); it; ++it) rows.push_back(it.row());
     std::sort(rows.begin(), rows.end());
     rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
-    const Matrix R = Matrix(R_C.middleCols(first, 6))(rows, Eigen::all);
+    const Matrix R = Matrix(R_C.middleCols(first, m))(rows, Eigen::all);
     const Matrix N = orthonormal_basis(R);
     for (std::size_t i = 0; i < rows.size(); ++i)
-      for (Index j = 0; j < 6; ++j)
+      for (Index j = 0; j < m; ++j)
         triplets.emplace_back(first + j, rows[i], N(static_cast<Index>(i), j));
   }
   return sparse(R_C.cols(), R_C.rows(), triplets);
 }
 
 // S^-1 m^T, part by part   (r x c)
-SparseMatrix content(const SparseMatrix& R_C, const Matrix& m, const Matrix& S) {
+SparseMatrix content(const RigidMotions& rigid, const Matrix& m, const Matrix& S) {
+  const Index n = rigid.of_part;
   Matrix G(m.cols(), m.rows());
-  for (Index first = 0; first < R_C.cols(); first += 6)
-    G.middleRows(first, 6) =
-        Lu(S.block(first, first, 6, 6)).solve(m.middleCols(first, 6).transpose());
+  for (Index first = 0; first < rigid.count(); first += n)
+    G.middleRows(first, n) =
+        Lu(S.block(first, first, n, n)).solve(m.middleCols(first, n).transpose());
   return G.sparseView(0.0, 0.0);
 }
 
@@ -174,22 +177,53 @@ std::string cure(const std::string& where) {
 
 }  // namespace
 
+namespace {
+
+// Those of one part that its fixed dofs leave: exact on the others.
+void leave_fixed(const Partition& p, const Matrix& R_I, const Matrix& R_C, RigidMotions& rigid) {
+  std::vector<char> is_fixed(static_cast<std::size_t>(R_I.rows() + R_C.rows()), 1);
+  for (const Index dof : p.interior_dofs) is_fixed[static_cast<std::size_t>(dof)] = 0;
+  for (const Index dof : p.interface_dofs) is_fixed[static_cast<std::size_t>(R_I.rows() + dof)] = 0;
+  Matrix R(R_I.rows() + R_C.rows(), 6);
+  R << R_I, R_C;
+  std::vector<Index> fixed;
+  for (std::size_t dof = 0; dof < is_fixed.size(); ++dof)
+    if (is_fixed[dof] != 0) fixed.push_back(static_cast<Index>(dof));
+  const Matrix left = null_space(R(fixed, Eigen::all), moves_none);
+  Matrix on_interface = R_C(p.interface_dofs, Eigen::all) * left;
+  const bool are_told =
+      left.cols() > 0 && PivotedQr(on_interface, independent).rank() == left.cols();
+  if (!are_told) on_interface.resize(on_interface.rows(), 0);
+  rigid.of_part = on_interface.cols();
+  rigid.R_C = on_interface.sparseView(0.0, 0.0);
+  rigid.R_I =
+      Matrix(R_I(p.interior_dofs, Eigen::all) * left.leftCols(rigid.of_part)).sparseView(0.0, 0.0);
+}
+
+}  // namespace
+
 RigidMotions rigid_motions(const Partition& p, const Points& x_I, const std::vector<Index>& part_I,
                            Index first_I, const Points& x_C, const std::vector<Index>& part_C) {
   Triplets inside, on_interface;
   Index r = 0;
+  RigidMotions rigid;
   for (const PartNodes& part : parts_of_nodes(part_I, part_C)) {
     if (part.interior.empty() || part.interface.empty()) continue;
     const Matrix R = motions_of(p, part, x_I, x_C);
     const auto n_inside = 3 * static_cast<Index>(part.interior.size());
+    if (p.has_fixed()) {
+      leave_fixed(p, R.topRows(n_inside), R.bottomRows(R.rows() - n_inside), rigid);
+      break;
+    }
     if (PivotedQr(R.bottomRows(R.rows() - n_inside), independent).rank() < 6) continue;
     add_rows(R.topRows(n_inside), part.interior, first_I, r, inside);
     add_rows(R.bottomRows(R.rows() - n_inside), part.interface, 0, r, on_interface);
     r += 6;
   }
-  RigidMotions rigid;
-  rigid.R_I = sparse(p.n_interior(), r, inside);
-  rigid.R_C = sparse(p.n_interface(), r, on_interface);
+  if (!p.has_fixed() || rigid.R_C.size() == 0) {
+    rigid.R_I = sparse(p.n_interior(), r, inside);
+    rigid.R_C = sparse(p.n_interface(), r, on_interface);
+  }
   rigid.P_I = SparseMatrix(p.M_II * rigid.R_I) + SparseMatrix(p.M_IC * rigid.R_C);
   rigid.P_C =
       SparseMatrix(SparseMatrix(p.M_IC.transpose()) * rigid.R_I) + SparseMatrix(p.M_CC * rigid.R_C);
@@ -220,14 +254,14 @@ RigidFigures follow_rigid_motions(const RigidMotions& rigid, const Matrix& m, Ma
   const SparseMatrix R_C_t = R_C.transpose();
   figures.force = rigid_residual(K_cc, Matrix(R_C)).value;
   {
-    const SparseMatrix N_t = orthonormal(R_C);
+    const SparseMatrix N_t = orthonormal(R_C, rigid.of_part);
     // K <- K + H N^T + N H^T, H = N (N^T K N) / 2 - K N
     Matrix H = K_cc * SparseMatrix(N_t.transpose());
     H = (SparseMatrix(N_t.transpose()) * Matrix(0.5 * (N_t * H)) - H).eval();
     add_symmetric(H, N_t, K_cc);
   }
   const Matrix S = Matrix(R_C_t * m).transpose();
-  const SparseMatrix G = content(R_C, m, S);
+  const SparseMatrix G = content(rigid, m, S);
   // M <- M + H G + G^T H^T, H = G^T (R_C^T M R_C + 1) / 2 - M R_C
   Matrix H = M_cc * R_C;
   Matrix B = R_C_t * H;

@@ -12,13 +12,14 @@ namespace cbr {
 
 struct Partition;
 
-// Of the connected parts that have an interior, six columns each, R^T M R = 1. Sparse: a row has
-// the six of its own part.
+// Of the connected parts that have an interior, R^T M R = 1. Sparse: a row has the columns of its
+// own part.
 struct RigidMotions {
   SparseMatrix R_I, R_C;  // n_I x r, c x r
   SparseMatrix P_I, P_C;  // M R
   // r x c, rigid_content() of the condensed mass; empty before the condensation
   SparseMatrix G = {};
+  Index of_part = 6;  // columns of each; of one with fixed dofs those that they leave
 
   Index count() const { return R_C.cols(); }
   Matrix momentum(const Matrix& Phi) const { return SparseMatrix(P_I.transpose()) * Phi; }

@@ -98,7 +98,8 @@ bool identical(const Superelement& a, const Superelement& b) {
          same(a.rigid_body.center, b.rigid_body.center) &&
          same(a.rigid_body.inertia, b.rigid_body.inertia) && same(a.omega, b.omega) &&
          same(a.V, b.V) && same(a.spin_moments, b.spin_moments) &&
-         same(a.spin_couplings, b.spin_couplings) && a.recovery.size() == b.recovery.size() &&
+         same(a.spin_couplings, b.spin_couplings) && same(a.fixed.resisted, b.fixed.resisted) &&
+         same(a.fixed.momentum, b.fixed.momentum) && a.recovery.size() == b.recovery.size() &&
          (a.recovery.empty() || identical(a.recovery[0], b.recovery[0])) &&
          a.provenance == b.provenance;
 }

@@ -10,6 +10,7 @@
 #include "common/superelement/superelement.hpp"
 #include "tests/formats/sample_superelement.hpp"
 #include "tests/formats/temporary_folder.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace cbr::superelement_file_test {
 namespace {
@@ -80,7 +81,7 @@ TEST(SuperelementFile, basisMasslessHasMatricesOfItsOwn) {
   const TemporaryFolder folder;
   const Superelement written = massless_sample();
   write_superelement(written, folder / "s.h5");
-  EXPECT_EQ(Hdf5Reader(folder / "s.h5").read_string("/", "format_version"), "1.10");
+  EXPECT_EQ(Hdf5Reader(folder / "s.h5").read_string("/", "format_version"), "1.11");
   EXPECT_FALSE(Hdf5Reader(folder / "s.h5").has("/matrices/K_cc"));
   const Superelement read = read_superelement(folder / "s.h5");
   EXPECT_TRUE(test::identical(read, written));
@@ -273,6 +274,26 @@ TEST(SuperelementFile, basisCharacteristicHasTheInterfaceInItsCoordinates) {
   EXPECT_EQ(read.characteristic.statics.F, written.characteristic.statics.F);
   EXPECT_EQ(read.n_coordinates(), read.k());
   EXPECT_EQ(read_superelement(folder / "s.h5", {false, false, false}).characteristic.V.size(), 0);
+}
+
+TEST(SuperelementFile, FixedDofsComeBackAndAreChecked) {
+  const TemporaryFolder folder;
+  for (Superelement s : {sample_superelement(), characteristic_sample()}) {
+    s.fixed.resisted = Matrix::Identity(2, 6);
+    s.fixed.momentum = Matrix::Random(s.is_characteristic() ? s.k() : s.n(), 6);
+    write_superelement(s, folder / "s.h5");
+    EXPECT_TRUE(test::identical(read_superelement(folder / "s.h5"), s));
+    const auto expect = [&](const std::string& field, auto&& damage) {
+      Superelement damaged = s;
+      damage(damaged.fixed);
+      EXPECT_NE(test::refusal_of([&] { check(damaged, "s.h5"); }).find("s.h5: /fixed/" + field),
+                std::string::npos);
+    };
+    expect("resisted", [](auto& fixed) { fixed.resisted(0, 0) = 1.1; });
+    expect("resisted", [](auto& fixed) { fixed.resisted = Matrix::Identity(2, 5); });
+    expect("momentum", [](auto& fixed) { fixed.momentum(1, 1) = NAN; });
+    expect("momentum", [](auto& fixed) { fixed.momentum.conservativeResize(3, 6); });
+  }
 }
 
 TEST(SuperelementFile, basisCharacteristicIsChecked) {

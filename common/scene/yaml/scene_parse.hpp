@@ -101,6 +101,7 @@ std::vector<SceneKey> scene_keys(Component::BlockOptions& block);
 std::vector<SceneKey> scene_keys(Component::Point& point);
 std::vector<SceneKey> scene_keys(Instance& instance);
 std::vector<SceneKey> scene_keys(SkinOptions& skin);
+std::vector<SceneKey> scene_keys(FixedSet& set);
 std::vector<SceneKey> scene_keys(BoundaryCondition& condition);
 std::vector<SceneKey> scene_keys(Load& load);
 std::vector<SceneKey> scene_keys(WallOptions& wall);

@@ -80,7 +80,42 @@ void check_interface_points(const SceneNode& node, const Component& component) {
   if (!reduction.loads.empty()) refuse("loads");
 }
 
+// Dofs that the superelement does not have.
+void check_fixed(const SceneNode& node, const Component& component) {
+  const ReductionOptions& reduction = *component.reduction;
+  const auto refuse = [&](const std::string& what) {
+    node.fail("is not available with " + what +
+              ": leave it out there, or keep the nodes by 'interface' and fix them under "
+              "'boundary'");
+  };
+  if (reduction.is_decomposed()) refuse("domains above 1");
+  if (!reduction.interface_points.empty()) refuse("points");
+  for (const auto& [name, block] : component.blocks)
+    if (block.thickness) refuse("shells (blocks." + name + ".thickness)");
+}
+
 }  // namespace
+
+void read_fixed(const SceneNode& node, const SceneReading& reading, std::vector<FixedSet>& fixed) {
+  node.for_each_item([&](const SceneNode& item) {
+    FixedSet set;
+    set.source = item.source();
+    const SceneMap map = read_keys(item, scene_keys(set), reading);
+    for (const FixedSet& other : fixed)
+      if (other.nodes == set.nodes)
+        map.at("nodes").fail("'" + set.nodes + "' is fixed on line " +
+                             std::to_string(other.source.line) +
+                             " already: give one entry with all of its axes");
+    fixed.push_back(std::move(set));
+  });
+  if (fixed.empty()) node.fail("is empty, expected entries {nodes: SET, fix: [x]}");
+}
+
+std::string fixed_text(const std::vector<FixedSet>& fixed) {
+  std::vector<std::string> items;
+  for (FixedSet set : fixed) items.push_back(flow_map(scene_keys(set)));
+  return items.empty() ? "" : yaml_list(items);
+}
 
 void read_reduction(const SceneNode& node, const SceneReading& reading, Component& component) {
   ReductionOptions& reduction = component.reduction.emplace();
@@ -94,6 +129,7 @@ void read_reduction(const SceneNode& node, const SceneReading& reading, Componen
   check_massless(reduction, node.source().text() + ": " + node.path());
   check_characteristic(reduction, node.source().text() + ": " + node.path());
   if (const auto* points = map.find("points")) check_interface_points(*points, component);
+  if (const auto* fixed = map.find("fixed")) check_fixed(*fixed, component);
 }
 
 void check_massless(const ReductionOptions& reduction, const std::string& where) {

@@ -241,11 +241,15 @@ void parse_skin(const SceneNode& node, SceneReading& reading) {
   if (skin.surfaces.empty()) map.at("surfaces").fail("is empty, expected at least one surface");
 }
 
+std::vector<SceneKey> scene_keys(FixedSet& set) {
+  return {{"nodes", Text{set.nodes}, true, true},
+          {"fix", Own{set.fix, read_motions, motions_text}, true, true}};
+}
+
 std::vector<SceneKey> scene_keys(BoundaryCondition& c) {
-  std::vector<SceneKey> keys{{"instance", instance_name(c.instance), true, true},
-                             {"nodes", Text{c.nodes}, true, true},
-                             {"fix", Own{c.fix, read_motions, motions_text}, true, true},
-                             {"rotations", Own{c.fix_rotations, read_rotations, rotations_text}}};
+  std::vector<SceneKey> keys{{"instance", instance_name(c.instance), true, true}};
+  for (const SceneKey& key : scene_keys(static_cast<FixedSet&>(c))) keys.push_back(key);
+  keys.push_back({"rotations", Own{c.fix_rotations, read_rotations, rotations_text}});
   add_motion_keys(keys, motion_words, c.motion, c.value);
   add_motion_keys(keys, turn_words, c.turn == Vector3::Zero() ? no_motion : c.motion, c.turn);
   keys.push_back({"about", ThreeNumbers{c.about}});

@@ -48,6 +48,15 @@ CoupledSystem::CoupledSystem(std::shared_ptr<const CoupledModel> model,
     multiply_mass(column, product);
     MR_.col(j) = product;
   }
+  // of fixed dofs the coordinates make no rigid motion
+  if (model_->parts.size() == 1 && model_->parts.front().superelement->fixed.any()) {
+    const CoupledPart& part = model_->parts.front();
+    const Matrix& momentum = part.superelement->fixed.momentum;
+    MR_.setZero();
+    MR_.topRows(n_modal_) = momentum.topRows(n_modal_);
+    for (std::size_t i = 0; i < part.dof.size(); ++i)
+      MR_.row(n_modal_ + part.dof[i]) = momentum.row(n_modal_ + static_cast<Index>(i));
+  }
   deformation_.setZero(n_);
   takes_translation_out_ = translations_are_free();
 }

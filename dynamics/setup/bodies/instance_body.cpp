@@ -2,6 +2,7 @@
 #include "dynamics/setup/bodies/instance_body.hpp"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "common/scene/scene_uses.hpp"
@@ -64,11 +65,28 @@ RigidBody rigid_body_of(const Instance& instance, const MeshedComponent& compone
 
 std::vector<HeldDirection> held_directions(const SceneIndex& index, const Instance& instance,
                                            const Geometry& geometry) {
+  constexpr double none_left = 1e-9;
   const Matrix3 T = instance.transformation();
   std::vector<HeldDirection> list;
+  std::map<Index, std::vector<Vector3>> fixed;  // of the nodes
+  for (const auto& [node, axis] : geometry.fixed) {
+    fixed[node].push_back(Vector3::Unit(axis));
+    if (!geometry.reduced) list.push_back({node, Vector3::Unit(axis)});
+  }
   // u_scene = T u, so e_c . u_scene = (T^T e_c) . u
-  for (const HeldAxis& held : held_axes(index, instance, geometry))
-    list.push_back({held.node, T.row(held.axis).transpose()});
+  for (const HeldAxis& held : held_axes(index, instance, geometry)) {
+    HeldDirection along{held.node, T.row(held.axis).transpose()};
+    if (const auto known = fixed.find(held.node); known != fixed.end()) {
+      for (const Vector3& other : known->second)
+        along.direction -= along.direction.dot(other) * other;
+      if (along.direction.norm() < none_left) continue;
+      along.direction.normalize();
+      known->second.push_back(along.direction);
+    }
+    list.push_back(along);
+  }
+  std::stable_sort(list.begin(), list.end(),
+                   [](const HeldDirection& a, const HeldDirection& b) { return a.node < b.node; });
   return list;
 }
 

@@ -290,7 +290,8 @@ ReducedComponent read_reduced(SceneIndex& index, const Component& component,
   warn_of_missing_statics(index.scene(), component, reduced, report);
   const std::vector<InstancePlan*> plans = index.plans(component, InstanceKind::superelement);
   const std::string file = component.reduction->superelement.string();
-  if (reduced.superelement && is_held_inside(*reduced.superelement))
+  if (reduced.superelement && !reduced.superelement->fixed.any() &&
+      is_held_inside(*reduced.superelement))
     report.warning("component '" + component.name + "': the stiffness in " + file +
                    " resists rigid translations: the part is taken as held to the ground inside, "
                    "its instances cannot fly");
@@ -369,7 +370,13 @@ MeshedComponent read_meshed(SceneIndex& index, const Component& component,
   if (const std::string text = hinged_shells(*meshed.mesh, *fe); !text.empty())
     report.warning("component '" + component.name + "': " + text);
   meshed.body_node = fe->row;
-  meshed.geometry = std::make_shared<Geometry>(cbr::geometry_of(*meshed.mesh, *fe));
+  auto geometry = std::make_shared<Geometry>(cbr::geometry_of(*meshed.mesh, *fe));
+  if (component.reduction)
+    for (const FixedSet& set : component.reduction->fixed)
+      for (const Index node : find_nodes(*geometry, component.name, set.nodes, set.source))
+        for (int c = 0; c < 3; ++c)
+          if (set.fix[static_cast<std::size_t>(c)]) geometry->fixed.emplace(node, c);
+  meshed.geometry = geometry;
   const PlannedComponent planned{.geometry = *meshed.geometry,
                                  .as_modes = options.mesh_modes.has_value()};
   plan_bodies(scene, rigid, planned);

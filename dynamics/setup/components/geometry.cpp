@@ -51,6 +51,11 @@ Geometry geometry_of(const Superelement& superelement) {
   for (const Surface& surface : superelement.surfaces) geometry.surfaces[surface.name] = surface;
   geometry.nodesets = superelement.nodesets;
   for (const auto& [name, nodes] : superelement.recovered_sets) geometry.recovered.insert(name);
+  if (!superelement.fixed.any()) return geometry;
+  for (Index i = 0; i < geometry.coordinates.rows(); ++i)
+    for (int c = 0; c < 3; ++c) geometry.fixed.emplace(i, c);
+  for (std::size_t i = 0; i < superelement.dof_node.size(); ++i)
+    geometry.fixed.erase({superelement.dof_node[i], superelement.dof_component[i]});
   return geometry;
 }
 

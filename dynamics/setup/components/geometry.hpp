@@ -26,6 +26,8 @@ struct Geometry {
   // For points of a superelement's interface, and nodes of shells: from the node of x, y, z to its
   // rotation node, which follows all others. A nodeset with a point's name has the first.
   std::map<Index, Index> rotations;
+  // Axes along which nodes do not move (reduction.fixed): dofs that a superelement does not have.
+  std::set<std::pair<Index, int>> fixed;
   // sets in a superelement's recovery data, including interior ones
   std::set<std::string> recovered;
   bool reduced = false;  // a superelement: only retained sets exist

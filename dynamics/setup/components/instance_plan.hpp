@@ -30,6 +30,7 @@ struct InstancePlan {
   Features features;
   // By the scene alone: scene_index.cpp
   std::vector<const BoundaryCondition*> boundary;  // in the scene's order
+  bool is_fixed = false;                           // by reduction.fixed
   bool may_touch = false;                          // by a contact
   bool only_impulses = true;  // contact has enforcement: impulse; no ties, links, loaded points
   bool has_loads = false;     // except gravity
@@ -44,7 +45,10 @@ struct InstancePlan {
   bool turns = false;       // has large rotation
   std::string why_linear;   // reason against large rotation; empty: it is possible
 
-  bool is_held() const { return !boundary.empty(); }
+  // By boundary conditions, or by fixed dofs that its body has.
+  bool is_held() const {
+    return !boundary.empty() || (is_fixed && instance->as != InstanceKind::superelement);
+  }
   bool moves_freely_in_form() const { return body == BodyKind::form && !is_held(); }
 };
 

@@ -92,7 +92,7 @@ Truncation truncation_of(const Scene& scene, const InstancePlan& plan) {
   if (!component_of(scene, *plan.instance).points.empty()) return Truncation::none;
   if (!plan.may_touch || !plan.only_impulses) return Truncation::none;
   if (time.cfl.value_or(0) > 1) return plan.moves_alike ? Truncation::asked : Truncation::none;
-  const bool is_free = !plan.is_held() && !plan.has_loads;
+  const bool is_free = !plan.is_held() && !plan.is_fixed && !plan.has_loads;
   return !time.step && !time.cfl && is_free ? Truncation::automatic : Truncation::none;
 }
 
@@ -107,7 +107,7 @@ void add_features(InstancePlan& plan) {
   add_if(!plan.damping.none(), feature::damping, own, plan.features);
   add_if(plan.damping.needs_modes(), feature::modal_damping, own, plan.features);
   add_if(plan.damping.material.alpha > 0, feature::mass_damping, own, plan.features);
-  if (plan.is_held())
+  if (!plan.boundary.empty())
     add_if(!plan.moves_alike, feature::unlike_supports, plan.boundary.front()->source,
            plan.features);
 }
@@ -122,6 +122,7 @@ SceneIndex::SceneIndex(const Scene& scene) : scene_(scene), plans_(scene.instanc
     const Component& component = component_of(scene, instance);
     places_.try_emplace(instance.name, static_cast<Index>(i));
     plans_[i].instance = &instance;
+    plans_[i].is_fixed = features[i].contains(feature::fixed);
     plans_[i].features = std::move(features[i]);
     if (instance.as != InstanceKind::rigid && !of_file.contains(component.name))
       of_file[component.name] = dampings_of_file(component);

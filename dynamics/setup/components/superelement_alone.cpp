@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/setup/components/superelement_alone.hpp"
 
+#include <algorithm>
 #include <charconv>
 
 #include "common/base/error.hpp"
@@ -20,6 +21,12 @@ void take_options(ReductionOptions& reduction) {
         value_of(basis_words, file.read_string("/", "basis")).value_or(Basis::craig_bampton);
   if (is_superelement_group(reduction.superelement))
     reduction.domains = file.read_index("/", "n_domains");
+  if (!file.has("/fixed/resisted")) return;
+  FixedSet& fixed = reduction.fixed.emplace_back();
+  fixed.source = reduction.source;
+  const Matrix resisted = file.read_matrix("/fixed/resisted");
+  for (Index axis = 0; axis < std::min<Index>(3, resisted.cols()); ++axis)
+    fixed.fix[static_cast<std::size_t>(axis)] = resisted.col(axis).norm() > 1e-9;
 }
 
 }  // namespace

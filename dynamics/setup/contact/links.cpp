@@ -221,6 +221,9 @@ class LinkMaker {
                        ", which is over-determined: take sets without common nodes, coupling: "
                        "average, or a link to the ground");
     };
+    std::set<Index> fixed;
+    for (const auto& [node, axis] : built_.instances[i].geometry->fixed) fixed.insert(node);
+    refuse(fixed, "'reduction.fixed'");
     for (const BoundaryCondition* condition : index_.plan(instance).boundary)
       refuse(nodes_of(i, condition->nodes, condition->source),
              "'" + condition->nodes + "' under 'boundary'");

@@ -230,6 +230,7 @@ Superelement in_shapes(const Superelement& s, const Matrix& T) {
 
 // Coordinates of the rigid motions R_c (c x r) in the shapes: T y = R_c
 Matrix in_span(const Matrix& T, const Matrix& R_c) {
+  if (R_c.cols() == 0) return Matrix(T.cols(), 0);
   const Matrix y = PivotedQr(T).solve(R_c);
   if ((T * y - R_c).norm() > rigid_in_span * R_c.norm())
     throw RunError("the interface's shapes do not hold its rigid motions");
@@ -330,8 +331,16 @@ CharacteristicFigures make_characteristic(const CharacteristicOptions& options,
   s.eigenvalues = t.omega.cwiseAbs2();
   s.characteristic.V.noalias() = T * t.V.bottomRows(T.cols());
   // The rigid ones, t.V = y X, are R X: T y is R but for round-off
-  const Matrix X = PivotedQr(y).solve(t.V.bottomLeftCorner(T.cols(), R.cols()));
-  s.characteristic.V.leftCols(R.cols()).noalias() = R * X;
+  if (R.cols() > 0) {
+    const Matrix X = PivotedQr(y).solve(t.V.bottomLeftCorner(T.cols(), R.cols()));
+    s.characteristic.V.leftCols(R.cols()).noalias() = R * X;
+  }
+  if (s.fixed.any()) {
+    const Matrix of_modes = s.fixed.momentum.topRows(k),
+                 of_dofs = s.fixed.momentum.bottomRows(s.c());
+    s.fixed.momentum = t.V.topRows(k).transpose() * of_modes +
+                       t.V.bottomRows(T.cols()).transpose() * Matrix(T.transpose() * of_dofs);
+  }
   for (auto& recovery : s.recovery) {
     Matrix Phi = Matrix::Zero(recovery.Phi.rows(), n);
     if (k > 0 && Phi.rows() > 0) Phi.noalias() = recovery.Phi * t.V.topRows(k);

@@ -209,7 +209,7 @@ std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
 }
 
 void follow_statically(const Partition& p, const SparseCholesky& factor, FreeShapes& shapes) {
-  const std::vector<Index> I = dofs_of(p.interior_nodes), C = dofs_of(p.interface_nodes);
+  const std::vector<Index>&I = p.interior_rows, &C = p.interface_rows;
   const Matrix U_C = shapes.U(C, Eigen::all);
   Matrix U_I = -(p.K_IC * U_C);
   factor.solve_in_place(U_I);
@@ -239,7 +239,7 @@ Matrix coupling_of_eigenvectors(const Partition& p, const Vector& lambda, const 
 CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& lambda,
                                        const Matrix& Phi, const Partition& p, Superelement& s,
                                        Matrix* interior) {
-  const std::vector<Index> I = dofs_of(p.interior_nodes), C = dofs_of(p.interface_nodes);
+  const std::vector<Index>&I = p.interior_rows, &C = p.interface_rows;
   const Index r = shapes.U.cols(), k = lambda.size(), n_rigid = shapes.N.cols();
   // Phi - N c has no rigid motion in it, c = P_I^T Phi   (6 x k)
   const Matrix c = Matrix(shapes.P(I, Eigen::all)).transpose() * Phi;

@@ -68,6 +68,8 @@ TEST(ContentHash, differsForWhatMatters) {
       {"core: {element: hex8}", "core: {element: hex8, thickness: 0.2}"},
       {"modes: 10", "modes: 10, condense_rotations: true"},
       {"modes: 10", "modes: 10, exact_modes: true"},
+      {"modes: 10", "modes: 10, fixed: [{nodes: a, fix: [x]}]"},
+      {"modes: 10", "modes: 10, fixed: [{nodes: a, fix: [x, y]}]"},
       {"    reduction", "    element: hex8-hourglass\n    reduction"},
       {"    reduction", "    mass: consistent\n    reduction"},
       {"[a, b]", "[a]"},
@@ -123,6 +125,23 @@ TEST(ContentHash, OrthotropicMaterialsSurviveTheWayThroughAPipe) {
   const Orthotropy& of = *again.materials.at("steel").orthotropy;
   EXPECT_LT((of.axes * of.axes.transpose() - Matrix3::Identity()).cwiseAbs().maxCoeff(), 1e-14);
   EXPECT_EQ(of.shear_moduli, Vector3(5e9, 3.5e9, 4.5e9));
+}
+
+TEST(ContentHash, FixedSetsSurviveTheWayThroughAPipe) {
+  const TemporaryFolder folder;
+  test::write_bytes(folder / "block.msh", "mesh");
+  const Scene scene = test::read_text(
+      folder, replaced(scene_text, "modes: 10",
+                       "modes: 10, fixed: [{nodes: cut, fix: y}, {nodes: a set, fix: [x, z]}]"));
+  std::ostringstream out;
+  write_scene(scene, out);
+  const Scene again = test::read_text(folder, out.str());
+  EXPECT_EQ(content_hash(scene, scene.components.at("block")),
+            content_hash(again, again.components.at("block")));
+  const std::vector<FixedSet>& fixed = again.components.at("block").reduction->fixed;
+  ASSERT_EQ(fixed.size(), 2u);
+  EXPECT_EQ(fixed[1].nodes, "a set");
+  EXPECT_EQ(fixed[1].fix, (std::array<bool, 3>{true, false, true}));
 }
 
 TEST(ContentHash, OrthotropicConstantsThatCannotBeAreRefused) {

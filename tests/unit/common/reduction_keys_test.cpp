@@ -95,7 +95,11 @@ TEST(ReductionKeys, EachHasAMemberOfItsOwn) {
     ReductionOptions options;
     const auto keys = reduction_keys(options);
     if (std::holds_alternative<Retired>(keys[changed].scene.value)) continue;
-    std::visit(Change(), keys[changed].scene.value);
+    if (keys[changed].scene.key == "fixed") {
+      options.fixed.push_back({"end", {true}, {}});
+    } else {
+      std::visit(Change(), keys[changed].scene.value);
+    }
     for (std::size_t i = 0; i < keys.size(); ++i)
       EXPECT_EQ(words_of(keys[i].scene.value) == words_of(plain_keys[i].scene.value), i != changed)
           << keys[i].scene.key << " by " << keys[changed].scene.key;

@@ -2,6 +2,7 @@
 // A superelement as other makers write them: nodes inside are clamped, so that it has no rigid
 // motions.
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 
 #include <cmath>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "common/superelement/superelement_check.hpp"
 #include "dynamics/motion/modal/modal_body.hpp"
 #include "reducer/bases/reduce.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::held_inside_test {
@@ -165,6 +167,263 @@ TEST(HeldInside, IsNotWhatWrongCoordinatesMake) {
   EXPECT_FALSE(is_held_inside(s));
   EXPECT_GT(resisted_rigid_motions(s).rows(), 0);
   EXPECT_THROW(check_rigid_motions(s, "s.h5"), InputError);
+}
+
+// A block from y = -0.5, cut at y = 0: its half, whose y_min is the plane of symmetry.
+Mesh part_of_block(bool is_half) {
+  const double y = is_half ? 0 : -0.5;
+  return test::block_mesh({{4, is_half ? 2 : 4, 3},
+                           Vector3(1, is_half ? 0.5 : 1, 0.6),
+                           [y](const Vector3& x) -> Vector3 { return x + Vector3(0, y, 0); }});
+}
+
+const std::vector<FixedSet> plane = {{"y_min", {false, true, false}, {}}};
+
+// Squared frequencies of the whole block's motions that are symmetric to y = 0, all modes.
+Vector symmetric_eigenvalues(MassKind mass) {
+  const Mesh mesh = part_of_block(false);
+  const FiniteElementModel model =
+      assemble(mesh, {{{100, 0.3, 1}, Hex8Formulation::incompatible}}, mass);
+  const Points x = mesh.coordinates(model.nodes, Eigen::all);
+  Matrix G = Matrix::Zero(3 * x.rows(), 3 * x.rows());
+  Index column = 0;
+  for (Index i = 0; i < x.rows(); ++i) {
+    if (x(i, 1) < -1e-9) continue;
+    Index twin = 0;
+    (x.rowwise() - Eigen::RowVector3d(x(i, 0), -x(i, 1), x(i, 2)))
+        .rowwise()
+        .squaredNorm()
+        .minCoeff(&twin);
+    for (Index d = 0; d < 3; ++d) {
+      if (d == 1 && twin == i) continue;
+      G(3 * i + d, column) = 1;
+      G(3 * twin + d, column++) = d == 1 ? -1 : 1;
+    }
+  }
+  G.conservativeResize(Eigen::NoChange, column);
+  return generalized_eigen(G.transpose() * model.K * G, G.transpose() * model.M * G).values;
+}
+
+Superelement half_block(ReductionOptions options, MassKind mass = MassKind::lumped) {
+  if (options.interface_sets.empty()) options.interface_sets = {"x_max"};
+  Report report("test", Verbosity::quiet);
+  return reduce(part_of_block(true), {{{100, 0.3, 1}, Hex8Formulation::incompatible}}, mass,
+                options, {}, report);
+}
+
+double largest_error(const Vector& found, const Vector& wanted) {
+  return (found - wanted).cwiseQuotient(wanted).cwiseAbs().maxCoeff();
+}
+
+// A plane of symmetry leaves two translations and a rotation.
+TEST(FixedDofs, GiveTheSymmetricFrequenciesOfTheWhole) {
+  constexpr Index n_rigid = 3, n = 12;
+  for (const MassKind mass : {MassKind::lumped, MassKind::consistent}) {
+    const Vector wanted = symmetric_eigenvalues(mass).segment(n_rigid, n);
+    ReductionOptions all;
+    all.fixed = plane;
+    all.cutoff_hz = 1e6;
+    const Superelement s = half_block(all, mass);
+    EXPECT_EQ(s.c(), 4 * 3 * 3 - 4) << "the interface without y of its four nodes on the plane";
+    EXPECT_EQ(s.fixed.resisted.rows(), 3);
+    EXPECT_EQ((s.omega.array() == 0).count(), n_rigid);
+    EXPECT_LT(largest_error(s.omega.segment(n_rigid, n).cwiseAbs2(), wanted), 1e-8);
+    ReductionOptions massless;
+    massless.fixed = plane;
+    massless.basis = Basis::massless;
+    massless.modes = n;
+    const Superelement m = half_block(massless, mass);
+    EXPECT_EQ((m.eigenvalues.array() == 0).count(), n_rigid);
+    EXPECT_LT(largest_error(m.eigenvalues.segment(n_rigid, n), wanted), 1e-8);
+    ReductionOptions shapes = all;
+    shapes.basis = Basis::characteristic;
+    shapes.characteristic.modes = 20;
+    const Superelement c = half_block(shapes, mass);
+    EXPECT_EQ((c.eigenvalues.array() == 0).count(), n_rigid);
+    EXPECT_LT(largest_error(c.eigenvalues.segment(n_rigid, 6), wanted.head(6)), 5e-3);
+  }
+}
+
+// E^T E of all modes is the mass of the rigid motions: of those that are left, and with all modes
+// of the others as far as fixed nodes carry none.
+TEST(FixedDofs, KeepTheMomentumOfRigidMotions) {
+  ReductionOptions options;
+  options.fixed = plane;
+  options.cutoff_hz = 1e6;
+  for (const Basis basis : {Basis::craig_bampton, Basis::characteristic}) {
+    options.basis = basis;
+    Superelement s = half_block(options, MassKind::consistent);
+    const ModalForm form =
+        s.is_characteristic() ? free_characteristic_form(s, "s.h5") : free_modal_form(s, "s.h5");
+    EXPECT_EQ(form.n_rigid, 3);
+    const Matrix6 mass = form.E.transpose() * form.E;
+    for (const Index axis : {0, 2}) EXPECT_NEAR(mass(axis, axis), 0.3, 1e-9);
+    EXPECT_NEAR(mass(4, 4), s.rigid_body.inertia(1, 1), 1e-9);
+  }
+}
+
+struct HalfRun {
+  std::string part = "half", kind = "superelement";
+  std::string basis = "basis: craig-bampton, cutoff_hz: 1.0e6, recovery: true";
+  std::string interface = "[x_min, x_max]", fixed = "{nodes: y_min, fix: [y]}";
+  std::string placed = "position: [0.001, 0, 0], velocity: [-0.5, 0, 0.2]";
+  std::string more, time = "end: 0.3, step: 5.0e-4", output;
+};
+
+// Halves of a block, or a whole one, that move as the scene says.
+class Halves {
+ public:
+  Halves() {
+    folder_.add("half.exo", part_of_block(true));
+    folder_.add("whole.exo", part_of_block(false));
+  }
+  test::Ran run(const HalfRun& of) {
+    std::string fixed = of.fixed.empty() ? "" : ", fixed: [" + of.fixed + "]";
+    return folder_.run(
+        "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}\n"
+        "components: {b: {mesh: " +
+        of.part + ".exo, material: m, mass: lumped, reduction: {" + of.basis +
+        ", interface: " + of.interface + fixed + ", superelement: s" + std::to_string(++count_) +
+        ".h5}}}\ninstances: {a: {component: b, as: " + of.kind + ", " + of.placed + "}}\n" +
+        of.more + "\ntime: {" + of.time + "}\noutput: {every: 0.02, history: [a.x_max]" +
+        of.output + "}\n");
+  }
+
+ private:
+  test::SceneFolder folder_;
+  int count_ = 0;
+};
+
+const std::string fall_on_wall =
+    "walls: {floor: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}}\n"
+    "contact: [{between: [a.x_min, floor]}]\nloads: [{gravity: [-0.2, 0, 0.1]}]";
+
+Vector values_of(const Series3& series) {
+  return Eigen::Map<const Vector>(series.values.data(), static_cast<Index>(series.values.size()));
+}
+
+// The cut face strikes a wall, under gravity.
+TEST(FixedDofs, HalfABlockMovesAsTheWhole) {
+  Halves halves;
+  const auto compare = [&](HalfRun half, double tolerance) {
+    half.more = fall_on_wall;
+    HalfRun whole = half;
+    whole.part = "whole";
+    whole.fixed = "";
+    const test::Ran a = halves.run(half), b = halves.run(whole);
+    const std::string what = half.kind + " " + half.basis + " " + half.time;
+    const Vector x = values_of(a.result.bodies[0].center_of_mass),
+                 of_whole = values_of(b.result.bodies[0].center_of_mass),
+                 p = values_of(a.result.bodies[0].momentum),
+                 of_two = values_of(b.result.bodies[0].momentum);
+    EXPECT_GT(of_two(of_two.size() - 3), 0.01) << what << ": it has rebounded";
+    for (const Index axis : {0, 2}) {
+      const auto rows = Eigen::seq(axis, Eigen::last, 3);
+      EXPECT_LT((x(rows) - of_whole(rows)).cwiseAbs().maxCoeff(), tolerance) << what;
+      EXPECT_LT((2 * p(rows) - of_two(rows)).cwiseAbs().maxCoeff(), tolerance) << what;
+    }
+  };
+  compare({}, 1e-9);
+  compare({.time = "end: 0.3, step: 5.0e-4, integrator: newmark"}, 1e-9);
+  compare({.time = "end: 0.3, step: 2.0e-4, integrator: central-difference"}, 1e-9);
+  compare({.kind = "mesh", .time = "end: 0.3, step: 2.0e-4"}, 1e-9);
+  compare({.kind = "mesh", .time = "end: 0.3, step: 5.0e-4, integrator: newmark"}, 1e-9);
+  compare({.basis = "basis: characteristic, modes: 80"}, 0.02);  // of its shapes
+}
+
+// A cantilever of half a block under gravity, and a pressure at its end: of the clamp's nodes none
+// is on the interface, and the edge of the end face is on the plane.
+TEST(FixedDofs, HalfACantileverBendsAsItsMesh) {
+  Halves halves;
+  HalfRun of{.interface = "[x_max]",
+             .fixed = "{nodes: y_min, fix: [y]}, {nodes: x_min, fix: [x, y, z]}",
+             .placed = "position: [0, 0, 0]"};
+  of.more = "loads: [{gravity: [0, 0, -0.5]}, {instance: a, surface: x_max, pressure: 0.2}]";
+  of.time = "static: true, end: 1, step: 1";
+  of.output = ", stress: [a.y_min]";
+  HalfRun mesh = of;
+  mesh.kind = "mesh";
+  const test::Ran a = halves.run(of), b = halves.run(mesh);
+  const Vector x = values_of(a.result.monitors[0].mean_position),
+               wanted = values_of(b.result.monitors[0].mean_position);
+  EXPECT_GT((wanted.tail(3) - wanted.head(3)).norm(), 1e-3) << "it bends";
+  EXPECT_LT((x - wanted).cwiseAbs().maxCoeff(), 1e-9);
+  const Vector3 reaction = values_of(a.result.bodies[0].reaction).tail(3);
+  EXPECT_NEAR(reaction[2], 0.3 * 0.5, 1e-9);
+  EXPECT_NEAR(reaction[0], 0.2 * 0.3, 1e-9);
+  EXPECT_LT((values_of(b.result.bodies[0].reaction).tail(3) - reaction).norm(), 1e-9);
+  // Loads of the interface alone: exact with few modes, in every basis
+  HalfRun few = of, few_mesh = mesh;
+  few.more = few_mesh.more = "loads: [{instance: a, surface: x_max, traction: [0.1, 0, 0.2]}]";
+  few.output = few_mesh.output = "";
+  const Vector exact = values_of(halves.run(few_mesh).result.monitors[0].mean_position);
+  for (const char* basis :
+       {"modes: 3", "basis: massless, modes: 5",
+        "basis: massless, modes: 5, massless_modes: tapered", "basis: characteristic, modes: 10"}) {
+    few.basis = basis;
+    const Vector found = values_of(halves.run(few).result.monitors[0].mean_position);
+    EXPECT_LT((found - exact).cwiseAbs().maxCoeff(), 1e-9) << basis;
+  }
+  // A turned instance bends in its own axes, at any angle
+  HalfRun turned = of;
+  turned.placed = "position: [0, 0, 0], rotation: [0, 30, 0]";
+  const Eigen::AngleAxisd turn(std::numbers::pi / 6, Vector3::UnitY());
+  const Vector3 g = turn * Vector3(0, 0, -0.5);
+  turned.more =
+      "loads: [{gravity: " + test::text(g) + "}, {instance: a, surface: x_max, pressure: 0.2}]";
+  for (const char* kind : {"superelement", "mesh"}) {
+    turned.kind = kind;
+    const test::Ran c = halves.run(turned);
+    const Vector3 end = values_of(c.result.monitors[0].mean_position).tail(3);
+    EXPECT_LT((end - turn * Vector3(wanted.tail(3))).norm(), 1e-9) << kind;
+  }
+}
+
+TEST(FixedDofs, BadInputIsRefusedWithItsLine) {
+  Halves halves;
+  const auto refusal = [&](const HalfRun& of) { return test::refusal_of([&] { halves.run(of); }); };
+  const auto expect = [&](const HalfRun& of, const std::string& words) {
+    const std::string found = refusal(of);
+    EXPECT_NE(found.find(words), std::string::npos) << found;
+    EXPECT_NE(found.find(".yaml:"), std::string::npos) << found;
+  };
+  expect({.fixed = "{nodes: y_mim, fix: [y]}"}, "'y_mim', did you mean 'y_min'?");
+  expect({.fixed = "{nodes: y_min, fix: [w]}"}, "unknown value 'w'");
+  expect({.fixed = "{nodes: y_min, fix: []}"}, "is empty, expected some of x, y, z");
+  expect({.fixed = "{nodes: y_min, fix: y}, {nodes: y_min, fix: z}"}, "is fixed on line 2 already");
+  expect({.interface = "[y_min]", .fixed = "{nodes: y_min, fix: [x, y, z]}"},
+         "leaves no dof of the interface (y_min)");
+  expect({.basis = "modes: 3, domains: 2"}, "is not available with domains above 1");
+  expect({.placed = "velocity: [0, 0.1, 0]"},
+         "motion along a fixed direction (found velocity) does not go with reduction.fixed");
+  expect({.placed = "rotation: [90, 0, 0], velocity: [0, 0, 1]"}, "(found velocity)");
+  expect({.kind = "mesh", .placed = "velocity: [0, 0.1, 0]"}, "(found velocity)");
+  expect({.more = "boundary: [{instance: a, nodes: x_max, fix: y, velocity: [0, 1, 0]}]"},
+         "(found boundary of 'x_max')");
+  expect({.placed = "angular_velocity: [0, 1, 0]"}, "angular_velocity does not go with");
+}
+
+// Nodes that the scene holds along the fixed axis, too.
+TEST(FixedDofs, GoWithSupportsOnTheSameNodes) {
+  Halves halves;
+  HalfRun of;
+  of.more =
+      "boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}]\nloads: [{gravity: [0, 0, -1]}]";
+  of.placed = "position: [0, 0, 0]";
+  HalfRun mesh = of, cut = of;
+  mesh.kind = cut.kind = "mesh";
+  cut.fixed = "";
+  cut.more =
+      "boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}, {instance: a, nodes: y_min, "
+      "fix: y}]\nloads: [{gravity: [0, 0, -1]}]";
+  for (const char* time : {"static: true, end: 1, step: 1", "end: 0.2, step: 1.0e-4"}) {
+    of.time = mesh.time = cut.time = time;
+    const Vector wanted = values_of(halves.run(cut).result.monitors[0].mean_position),
+                 x = values_of(halves.run(of).result.monitors[0].mean_position);
+    EXPECT_LT((values_of(halves.run(mesh).result.monitors[0].mean_position) - wanted).norm(),
+              1e-12);
+    EXPECT_LT((x - wanted).norm(), of.time.starts_with("static") ? 1e-9 : 1e-4) << time;
+  }
 }
 
 }  // namespace

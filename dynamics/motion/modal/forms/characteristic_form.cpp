@@ -21,6 +21,8 @@ ModalForm form_of_modes(const Superelement& s, const Matrix& V_c, const std::str
   form.V.setZero(s.k() + s.c(), s.k());
   form.V.topRows(s.k()).setIdentity();
   form.V.bottomRows(s.c()) = V_c;
+  form.E = s.fixed.momentum;
+  if (s.fixed.any()) return form;
   // R_c = V_r E_r: impulses change the momentum by their sum
   const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
   const Vector scales = rigid_scales(s.rigid_body);
@@ -79,8 +81,8 @@ ModalForm held_characteristic_form(const Superelement& s, const std::vector<Held
   // q = Z y, an orthonormal basis of what is free   (k x n)
   const Matrix Z = qr.Q().rightCols(n);
   const Matrix K = Z.transpose() * free.omega.cwiseAbs2().asDiagonal() * Z;
-  const Matrix N =
-      free_rigid_motions(reduced_rigid_modes(s, s.rigid_body.center), s.rigid_body, rows, held);
+  const Matrix N = free_rigid_motions(reduced_rigid_modes(s, s.rigid_body.center), s.rigid_body,
+                                      rows, held, s.fixed.resisted);
   Matrix Q = Z.transpose() * (free.E * N);
   if (Q.cols() > 0) Q = orthonormal_basis(Q);
   const Eigenpairs pairs = dense_eigenpairs_beside(K, Q);

@@ -24,6 +24,7 @@ Matrix6 rigid_mass(const RigidBody& body) {
 
 // M^ R with K_kc = 0, M_kk = I and R = [0; R_c]: [M_kc R_c; M_cc R_c]   ((k + c) x 6)
 Matrix mass_times_rigid(const Superelement& s, const Matrix& R) {
+  if (s.fixed.any()) return s.fixed.momentum;
   Matrix MR(s.n(), 6);
   const auto R_c = R.bottomRows(s.c());
   MR.topRows(s.k()).noalias() = s.M_kc * R_c;
@@ -79,13 +80,6 @@ bool rigid_modes_span(const Matrix& R, const RigidBody& body, ModalForm& form) {
 }
 
 }  // namespace
-
-Vector rigid_scales(const RigidBody& body) {
-  const double size = std::sqrt(body.inertia.trace()) / std::sqrt(body.mass);
-  Vector scales = Vector::Ones(6);
-  scales.tail(3).setConstant(size > 0 && std::isfinite(size) ? 1 / size : 1);
-  return scales;
-}
 
 // Z (c x (c - held)): orthonormal basis of the interface displacements that held directions leave
 // free.
@@ -179,6 +173,7 @@ Matrix resisted_rigid_motions(const Matrix& K, const Matrix& R_s) {
 }
 
 Matrix resisted_rigid_motions(const Superelement& s) {
+  if (s.fixed.any()) return s.fixed.resisted;
   if (s.K_cc.rows() != s.c()) return Matrix(0, 6);
   return resisted_rigid_motions(s.K_cc,
                                 reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c()) *
@@ -210,7 +205,7 @@ ModalForm free_modal_form(Superelement& s, const std::string& where) {
   if (use_exact_rigid_modes(R, s.rigid_body, form)) return form;
   if (form.n_rigid >= 6) refuse_rigid_modes(where);
   // E = V^T M^ R = V^-1 R   (n x 6)
-  if (s.M_cc.rows() == s.c()) {
+  if (s.fixed.any() || s.M_cc.rows() == s.c()) {
     form.E.noalias() = form.V.transpose() * mass_times_rigid(s, R);
   } else {
     form.E = Lu(form.V).solve(R);

@@ -78,10 +78,6 @@ std::shared_ptr<const ModalForm> rigid_form(const Superelement& nodes,
                                             const std::vector<HeldDirection>& held,
                                             const std::string& where);
 
-// Of the columns of rigid motions, so that they are of one size: 1 for translations, 1 / radius of
-// inertia for rotations   (6)
-Vector rigid_scales(const RigidBody& body);
-
 // The last steps of the forms of all kinds of systems. lambda: all eigenvalues, ascending; the
 // first n_rigid become 0 exactly.
 void take_frequencies(const Vector& lambda, Index n_rigid, ModalForm& form);

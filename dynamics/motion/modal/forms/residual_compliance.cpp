@@ -94,8 +94,8 @@ std::shared_ptr<const ModalForm> held_massless(const Superelement& s, const Moda
   K = 0.5 * (K + K.transpose()).eval();
   K.diagonal() += free.omega.cwiseAbs2();
   // Rigid motions that are left: E y
-  const Matrix N =
-      free_rigid_motions(reduced_rigid_modes(s, s.rigid_body.center), s.rigid_body, rows, held);
+  const Matrix N = free_rigid_motions(reduced_rigid_modes(s, s.rigid_body.center), s.rigid_body,
+                                      rows, held, s.fixed.resisted);
   Matrix Q = free.E * N;
   if (Q.cols() > 0) Q = orthonormal_basis(Q);
   const Eigenpairs pairs = dense_eigenpairs_beside(std::move(K), Q);
