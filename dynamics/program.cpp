@@ -33,10 +33,6 @@
 namespace cbr {
 namespace {
 
-// Sizes from which BLAS threads pay despite their waits: factors of W, products with modes at
-// contact nodes.
-constexpr Index worth_threads_for_W = 20'000'000, worth_threads_for_modes = 1'000'000;
-
 void count_work(const Simulation& simulation, const RunResult& result, Report& report) {
   Index n_dofs = 0;
   for (const auto& body : simulation.bodies) n_dofs += body->n_dofs();
@@ -56,16 +52,6 @@ void count_work(const Simulation& simulation, const RunResult& result, Report& r
   report.part("steps", "contact", result.seconds.contact);
   report.part("steps", "output", result.seconds.output);
   report.count("outputs", static_cast<double>(result.time.size()));
-}
-
-bool is_worth_blas_threads(const Simulation& simulation) {
-  return std::any_of(simulation.contact_nodes.begin(), simulation.contact_nodes.end(),
-                     [&](const ContactNodes& set) {
-                       Body& body = *simulation.bodies[set.body];
-                       const Index dofs = 3 * static_cast<Index>(set.nodes.size());
-                       return dofs * dofs >= worth_threads_for_W ||
-                              (body.is_exact() && dofs * body.n_dofs() >= worth_threads_for_modes);
-                     });
 }
 
 UnchangedFiles files_of(const Scene& scene) {
@@ -157,8 +143,6 @@ class Run {
     options.turn_limit = built_.turn_limit;
     if (state_) options.restart = &*state_;
     const auto phase = report_.phase("steps");
-    std::optional<SingleThreadedBlas> one_thread;
-    if (!is_worth_blas_threads(built_.simulation)) one_thread.emplace();
     rest_blas_threads();
     RunResult result = cbr::run(built_.simulation, options);
     report_.end_progress();

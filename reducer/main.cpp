@@ -48,7 +48,6 @@ int main(int argc, char** argv) {
     command.processes = &processes;
     cbr::Report report("cbr-reduce", common.verbosity(), common.timings);
     cbr::set_threads(common.threads);
-    cbr::spare_blas_threads(cbr::n_threads());
     if (!processes.is_first() && !command.reduces()) return;
     if (command.info) {
       cbr::print_info(command.input, cbr::table_output());

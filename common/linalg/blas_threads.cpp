@@ -26,8 +26,7 @@ namespace cbr {
 namespace {
 
 std::mutex lock;
-int n_alive = 0, threads_before = 1;
-int spared = 0, n_raised = 0;  // threads for large work alone; 0: BLAS has them always
+int n_alive = 0, n_raised = 0;  // objects of SingleThreadedBlas, and of LargeBlasWork with threads
 
 // More than any machine of today gains from, fewer than a system refuses to start.
 constexpr int most_threads = 256;
@@ -43,12 +42,16 @@ std::atomic<int>& bound() {
   return n;
 }
 
+[[maybe_unused]] const bool begins_with_one = [] {
+  initial_threads();
+  openblas_set_num_threads(1);
+  return true;
+}();
+
 }  // namespace
 
 void set_threads(int threads) {
-  const int wanted = std::min(threads > 0 ? threads : initial_threads(), most_threads);
-  bound() = wanted;
-  openblas_set_num_threads(wanted);
+  bound() = std::min(threads > 0 ? threads : initial_threads(), most_threads);
 }
 
 int n_threads() { return bound(); }
@@ -83,35 +86,26 @@ std::string reserve_blas_memory() {
 
 SingleThreadedBlas::SingleThreadedBlas() {
   const std::scoped_lock guard(lock);
-  if (n_alive++ > 0) return;
-  threads_before = openblas_get_num_threads();
-  openblas_set_num_threads(1);
+  if (n_alive++ == 0 && n_raised > 0) openblas_set_num_threads(1);
 }
 
 SingleThreadedBlas::~SingleThreadedBlas() {
   const std::scoped_lock guard(lock);
-  if (--n_alive == 0) openblas_set_num_threads(threads_before);
+  if (--n_alive == 0 && n_raised > 0) openblas_set_num_threads(n_threads());
 }
 
-void spare_blas_threads(int threads) {
+LargeBlasWork::LargeBlasWork(bool is_large) {
+  if (!is_large) return;
   const std::scoped_lock guard(lock);
-  if (n_alive == 0 && n_raised == 0)
-    openblas_set_num_threads(threads > 0 ? 1 : std::max(spared, openblas_get_num_threads()));
-  spared = threads;
-}
-
-LargeBlasWork::LargeBlasWork(double flops) {
-  if (flops < BlasForWork::enough) return;
-  const std::scoped_lock guard(lock);
-  if (spared == 0 || n_alive > 0) return;
+  if (n_alive > 0) return;
   raised_ = true;
-  if (n_raised++ == 0) openblas_set_num_threads(spared);
+  if (n_raised++ == 0) openblas_set_num_threads(n_threads());
 }
 
 LargeBlasWork::~LargeBlasWork() {
   if (!raised_) return;
   const std::scoped_lock guard(lock);
-  if (--n_raised == 0 && n_alive == 0) openblas_set_num_threads(1);
+  if (--n_raised == 0) openblas_set_num_threads(1);
 }
 
 }  // namespace cbr

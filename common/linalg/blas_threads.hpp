@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <optional>
 #include <string>
 
 #include "common/base/types.hpp"
@@ -12,8 +11,30 @@ namespace cbr {
 void set_threads(int threads);
 int n_threads();
 
-// Limits BLAS to one thread while several threads of this program call it. Objects may overlap, in
-// one thread or in many: the last to end restores the number that the first one found.
+// BLAS has one thread, but in the life of a LargeBlasWork.
+//
+// OpenBLAS's threads wait by sched_yield, which beside other programs yields a whole time slice at
+// each call. They busy-wait for a tenth of a second afterwards. The reduction of an ordinary part
+// beside four compilers took 11.4 s with BLAS's threads in every product, 3.0 s on two idle
+// processors. The setup of its run took 1.4 s beside two compilers, and 0.05 s without them.
+class LargeBlasWork {
+ public:
+  // Of all calls in the object's life: work of a tenth of a second has all threads.
+  explicit LargeBlasWork(double flops) : LargeBlasWork(flops >= 5e9) {}
+  // `size`: numbers that one product reads. 8 MB are a millisecond of one core's reading, against
+  // some 50 us to wake a thread.
+  static LargeBlasWork reading(Index size) { return LargeBlasWork(size >= 1'000'000); }
+  ~LargeBlasWork();
+  LargeBlasWork(const LargeBlasWork&) = delete;
+  LargeBlasWork& operator=(const LargeBlasWork&) = delete;
+
+ private:
+  explicit LargeBlasWork(bool is_large);
+  bool raised_ = false;
+};
+
+// Keeps BLAS at one thread while several threads of this program call it, in a LargeBlasWork too.
+// Objects may overlap, in one thread or in many.
 class SingleThreadedBlas {
  public:
   SingleThreadedBlas();
@@ -32,53 +53,5 @@ void rest_blas_threads();
 // allocation for ever. Returns an empty text, or why memory is short: then the process can end by
 // std::_Exit() alone.
 std::string reserve_blas_memory();
-
-// Limits BLAS to one thread from here on, and to `threads` in the life of a BlasForWork that is
-// worth them. For a program whose own threads do most of the work. 0: no limit but that of
-// SingleThreadedBlas.
-void spare_blas_threads(int threads);
-
-// Raises the limit of spare_blas_threads(), if any, for work of more than a tenth of a second.
-// `flops`: of all calls in the object's life.
-class LargeBlasWork {
- public:
-  explicit LargeBlasWork(double flops);
-  ~LargeBlasWork();
-  LargeBlasWork(const LargeBlasWork&) = delete;
-  LargeBlasWork& operator=(const LargeBlasWork&) = delete;
-
- private:
-  bool raised_ = false;
-};
-
-// Limits BLAS to one thread for work of less than a tenth of a second. OpenBLAS's threads wait by
-// sched_yield, which beside other programs yields a whole time slice at each call. They busy-wait
-// for a tenth of a second afterwards. The reduction of an ordinary part beside four compilers took
-// 11.4 s with BLAS's threads in every product, 3.0 s on two idle processors.
-class BlasForWork {
- public:
-  explicit BlasForWork(double flops) : large_(flops) {
-    if (flops < enough) one_.emplace();
-  }
-  static constexpr double enough = 5e9;
-
- private:
-  LargeBlasWork large_;
-  std::optional<SingleThreadedBlas> one_;
-};
-
-// BLAS with one thread for a small product: its threads wait by spinning, which takes more from the
-// program than they give.
-class SerialBlas {
- public:
-  // `size`: numbers that the product reads. 8 MB are a millisecond of one core's reading, against
-  // some 50 us to wake a thread.
-  explicit SerialBlas(Index size) {
-    if (size < 1'000'000) one_.emplace();
-  }
-
- private:
-  std::optional<SingleThreadedBlas> one_;
-};
 
 }  // namespace cbr

@@ -291,7 +291,7 @@ class Condenser {
     const Index c = p_.n_interface();
     const double flops =
         static_cast<double>(p_.n_interior()) * static_cast<double>(c) * static_cast<double>(c);
-    const BlasForWork blas(flops);
+    const LargeBlasWork blas(flops);
     if (p_.lumped) {
       result_.M_cc.selfadjointView<Eigen::Upper>().rankUpdate(S_);
     } else {

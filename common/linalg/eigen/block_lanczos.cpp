@@ -258,7 +258,6 @@ class BlockLanczos {
     const auto H = H_.topLeftCorner(size_, size_);
     // A restart keeps a third of the vectors beyond k
     const Index wanted = size_ < m_ ? k_ : kept();
-    const BlasForWork blas(4.0 * static_cast<double>(size_ * size_ * size_));
     const Eigenpairs pairs =
         dense_eigenpairs(-0.5 * (H + H.transpose()), Vector(Vector::Ones(size_)), wanted);
     assert(pairs.converged);
@@ -269,7 +268,6 @@ class BlockLanczos {
   // The same, |theta| descending.
   void rayleigh_ritz_inside() {
     const auto H = H_.topLeftCorner(size_, size_);
-    const BlasForWork blas(4.0 * static_cast<double>(size_ * size_ * size_));
     const Eigenpairs pairs = dense_eigenpairs(0.5 * (H + H.transpose()), size_);
     assert(pairs.converged);
     std::vector<Index> order(static_cast<std::size_t>(size_));

@@ -35,7 +35,7 @@ struct BlasForRows {
     }
   }
   std::optional<SingleThreadedBlas> one;
-  std::optional<BlasForWork> many;
+  std::optional<LargeBlasWork> many;
 };
 
 struct Tridiagonal {
@@ -263,7 +263,7 @@ bool dense_cholesky(Matrix& A) {
 void dense_inverse_of_cholesky(Matrix& L) {
   const Index n = L.rows();
   if (n == 0) return;
-  const BlasForWork blas(2 * flops_of_cholesky(n));
+  const LargeBlasWork blas(2 * flops_of_cholesky(n));
   const auto info = LAPACKE_dpotri(LAPACK_COL_MAJOR, 'L', as_int(n), L.data(), as_int(n));
   assert(info == 0);
   static_cast<void>(info);

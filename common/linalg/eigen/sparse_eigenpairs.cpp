@@ -163,7 +163,6 @@ void orthonormalise(const SparseMatrix& M, Matrix& Phi) {
   for (int pass = 0; pass < 3; ++pass) {
     Matrix M_Phi;
     multiply_symmetric(M, Phi, M_Phi);
-    const BlasForWork blas(2.0 * static_cast<double>(Phi.size()) * static_cast<double>(Phi.cols()));
     const Matrix G = Phi.transpose() * M_Phi;
     const double error = (G - Matrix::Identity(G.rows(), G.cols())).cwiseAbs().maxCoeff();
     if (error < orthonormality) return;

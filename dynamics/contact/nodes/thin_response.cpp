@@ -55,7 +55,7 @@ double respond(const ThinResponse& S, const Matrix& p, Matrix& move, Matrix& sti
   const Matrix& A = *S.A;
   move.setZero(p.rows(), p.cols());
   if (A.rows() > 0) {
-    const SerialBlas serial(A.size());
+    const LargeBlasWork blas = LargeBlasWork::reading(A.size());
     for (Index q = 0; q < p.cols(); ++q) {
       work.kick.noalias() = A * p.col(q);
       if (S.C_is_diagonal) {

@@ -276,7 +276,7 @@ StaticAnswers StandingResponse::statics(const Vector& x) const {
     if (!part.thin || part.H.cols() == 0) continue;
     answers.body.push_back(part.body);
     Vector still = Vector::Zero(part.H.cols());
-    const SerialBlas serial(part.F_of_A.size());
+    const LargeBlasWork blas = LargeBlasWork::reading(part.F_of_A.size());
     if (of_mixed.size() > 0) still.noalias() += part.F_of_A.leftCols(of_mixed.size()) * of_mixed;
     add_weighted(*part.F, part.pressed(rows), 0, still.size(), still.data());
     answers.still.push_back(std::move(still));

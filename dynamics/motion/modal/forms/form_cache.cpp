@@ -84,7 +84,7 @@ void NodeRows::displacements(const Vector& eta, const Matrix3& T, Points& u) con
     return;
   }
   {
-    const SerialBlas serial(n_ * n_dofs());
+    const LargeBlasWork blas = LargeBlasWork::reading(n_ * n_dofs());
     if (shapes_) {
       flat(u).noalias() = shapes_->A->transpose() * Vector(shapes_->Q.transpose() * eta);
     } else {
@@ -98,7 +98,7 @@ void NodeRows::kick(const Points& p, const Matrix3& T, Points& local, Vector& ki
   kick.setZero(n_);
   if (n_ == 0) return;
   if (local.rows() < p.rows()) local.resize(p.rows(), 3);
-  const SerialBlas serial(n_ * n_dofs());
+  const LargeBlasWork blas = LargeBlasWork::reading(n_ * n_dofs());
   Vector of_shapes = Vector::Zero(shapes_ ? shapes_->A->rows() : 0);
   // One product for each run of nodes that are pushed
   for (Index i = 0; i < p.rows(); ++i) {

@@ -73,37 +73,29 @@ TEST(Supernodal, SparseRightHandSidesAndWantedRowsVisitLess) {
   for (const Index i : places) EXPECT_EQ(all.col(i), part.col(i));
 }
 
-TEST(Supernodal, BlasGetsItsThreadsBack) {
-  const int before = openblas_get_num_threads();
+TEST(Supernodal, BlasHasThreadsForLargeWorkAlone) {
+  set_threads(2);
+  EXPECT_EQ(openblas_get_num_threads(), 1);
   {
-    const SingleThreadedBlas outer;
+    const LargeBlasWork large(1e12), reading = LargeBlasWork::reading(2'000'000);
+    EXPECT_EQ(openblas_get_num_threads(), 2);
     {
-      const SingleThreadedBlas inner;
+      const SingleThreadedBlas outer;
+      EXPECT_EQ(openblas_get_num_threads(), 1);
+      {
+        const SingleThreadedBlas inner;
+        const LargeBlasWork within(1e12);
+        EXPECT_EQ(openblas_get_num_threads(), 1);
+      }
       EXPECT_EQ(openblas_get_num_threads(), 1);
     }
+    EXPECT_EQ(openblas_get_num_threads(), 2);
+  }
+  EXPECT_EQ(openblas_get_num_threads(), 1);
+  {
+    const LargeBlasWork small(1e3), reading = LargeBlasWork::reading(1000);
     EXPECT_EQ(openblas_get_num_threads(), 1);
   }
-  EXPECT_EQ(openblas_get_num_threads(), before);
-}
-
-TEST(Supernodal, BlasThreadsAreSparedForLargeWork) {
-  set_threads(2);
-  spare_blas_threads(2);
-  EXPECT_EQ(openblas_get_num_threads(), 1);
-  {
-    const BlasForWork large(1e12);
-    EXPECT_EQ(openblas_get_num_threads(), 2);
-    {
-      const BlasForWork small(1e3);
-      EXPECT_EQ(openblas_get_num_threads(), 1);
-      const BlasForWork within(1e12);
-      EXPECT_EQ(openblas_get_num_threads(), 1);
-    }
-    EXPECT_EQ(openblas_get_num_threads(), 2);
-  }
-  EXPECT_EQ(openblas_get_num_threads(), 1);
-  spare_blas_threads(0);
-  EXPECT_EQ(openblas_get_num_threads(), 2);
   set_threads(0);
 }
 
