@@ -34,6 +34,7 @@ class Recorder {
   void record_reactions(double t, double interval, const ContactState& state);
   void record_sets(const std::function<std::vector<Reaction>(Body&)>& ask);
   void record_static_reactions(double t, const ContactState& state);
+  bool looks_now() const;
   void record_pairs(double interval, const ContactOutcome& outcome);
   void record_pressure(double interval, ContactState& state);
   void check_finite(double t, const ContactOutcome& outcome) const;
