@@ -27,6 +27,7 @@
 #include "dynamics/output/summary/summary.hpp"
 #include "dynamics/run/run.hpp"
 #include "dynamics/setup/build.hpp"
+#include "dynamics/setup/components/component_model.hpp"
 #include "dynamics/setup/modal/harmonic.hpp"
 #include "dynamics/setup/modal/scene_modes.hpp"
 
@@ -301,7 +302,9 @@ bool run_once(const Scene& scene, const BuildOptions& options, const RunCommand&
 
 Scene read_timed(const std::string& scene_or_dash, Report& report) {
   const auto phase = report.phase("read");
-  return read_scene(scene_or_dash);
+  Scene scene = read_scene(scene_or_dash);
+  place_instances(scene, report);
+  return scene;
 }
 
 }  // namespace

@@ -66,6 +66,9 @@ void refuse_with_shells(const Mesh& mesh, const Component& component, bool is_di
   if (reduction.basis != Basis::craig_bampton)
     refuse("basis: " + word_of(basis_words, reduction.basis), "use basis: craig-bampton");
   if (reduction.is_decomposed()) refuse("domains", "use domains: 1");
+  if (!reduction.interface_points.empty())
+    refuse("reduction.points",
+           "name their sets in reduction.interface, which keeps the rotations of their nodes");
   if (is_distributed)
     refuse("a reduction in several processes (mpirun, --engine petsc)", "use one process");
 }

@@ -180,6 +180,12 @@ struct Instance {
   std::string name, component;
   InstanceKind as = InstanceKind::superelement;
   Vector3 position = Vector3::Zero();
+  // Along the normal of a plane wall, or of a flat surface INSTANCE.SURFACE, the position is such
+  // that the nearest node has the gap. `on` empty: not asked for, or done (place_instances()).
+  struct Place {
+    std::string on;
+    double gap = 0;
+  } place;
   Vector3 rotation_degrees = Vector3::Zero();  // about the fixed x, then y, then z axis
   // "", "x", "y" or "z": the coordinate that changes sign; before the rotation
   std::string mirror;

@@ -271,6 +271,7 @@ Scene with_rotations(Scene scene, const BuildOptions& options) {
 
 BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& options) {
   Scene scene = with_options_of_files(scene_of_run);
+  place_instances(scene, report);
   check_time_and_instances(scene);
   if (scene.time->is_static) scene = with_growing_loads(std::move(scene));
   BuiltScene built;

@@ -50,11 +50,6 @@ void require_one_part(const Reduction& r, const std::string& key) {
 void take_points_in(Reduction& r) {
   if (r.settings.points.empty()) return;
   require_one_part(r, "points");
-  if (r.model.n_rotations > 0)
-    throw InputError(r.options.source.text() +
-                     ": reduction.points does not know shells (blocks.NAME.thickness), whose nodes "
-                     "have rotations of their own: name their sets in reduction.interface, which "
-                     "keeps these");
   couple_rigidly(r.mesh, r.settings.points, r.model, r.x);
   r.p.n_points = static_cast<Index>(r.settings.points.size());
   r.part.assign(r.model.nodes.size(), 0);

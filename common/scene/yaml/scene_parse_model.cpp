@@ -168,6 +168,8 @@ std::vector<SceneKey> scene_keys(Instance& i) {
   return {{"component", Own{i, read_component_name, component}, true, true},
           {"as", Own{i, read_kind, kind}},
           {"position", ThreeNumbers{i.position}},
+          {"place.on", Text{i.place.on}, !i.place.on.empty(), true},
+          {"place.gap", Number{i.place.gap, not_negative}, !i.place.on.empty()},
           {"rotation", ThreeNumbers{i.rotation_degrees}},
           {"mirror", OneWord{i.mirror, mirror_words}, !i.mirror.empty()},
           {"velocity", ThreeNumbers{i.velocity}},

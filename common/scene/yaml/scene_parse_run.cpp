@@ -237,6 +237,11 @@ void parse_skin(const SceneNode& node, SceneReading& reading) {
   SkinOptions& skin = reading.scene.skin.emplace();
   skin.source = node.source();
   skin.mesh = reading.folder / "skinned.msh";
+  for (const Instance& instance : reading.scene.instances)
+    if (!instance.place.on.empty())
+      node.fail("does not go with instances." + instance.name +
+                ".place, as cbr-skin writes meshes in their positions: give the position that "
+                "cbr-dyn prints without the skin");
   const SceneMap map = read_keys(node, scene_keys(skin), reading);
   if (skin.surfaces.empty()) map.at("surfaces").fail("is empty, expected at least one surface");
 }

@@ -46,6 +46,11 @@ void require_current(const Scene& scene, const Component& component) {
   require_face_centres(component, cure);
 }
 
+void require_usable(const Scene& scene, const Component& component) {
+  if (component.has_mesh) return require_current(scene, component);
+  require_superelement(component);
+}
+
 // Changes the text of errors of an action.
 template <typename Action, typename Renamed>
 auto renaming(const Action& action, const Renamed& renamed) {
@@ -123,6 +128,11 @@ bool needs_recovery(const Scene& scene, const std::vector<InstancePlan*>& plans,
       if (name.instance == plan->instance->name && is_inside(geometry, name.surface)) return true;
   }
   return false;
+}
+
+Geometry geometry_in(const std::filesystem::path& file) {
+  return is_superelement_group(file) ? geometry_of_group(read_superelement_group(file, light))
+                                     : geometry_of(read_superelement(file, light));
 }
 
 std::shared_ptr<const Geometry> geometry_in(const Component& component, Geometry geometry) {
@@ -250,16 +260,101 @@ void check_reduced(const Scene& scene, const Component& component, Report& repor
                      "cbr-reduce, or use as: mesh");
   }
   const auto phase = report.phase("read");
-  if (component.has_mesh) require_current(scene, component);
-  if (!component.has_mesh) require_superelement(component);
+  require_usable(scene, component);
   const std::vector<SetUse> uses = set_uses(scene, component, InstanceKind::superelement);
   if (uses.empty()) return;
   const std::filesystem::path& file = component.reduction->superelement;
-  check_uses(uses,
-             *geometry_in(component, is_superelement_group(file)
-                                         ? geometry_of_group(read_superelement_group(file, light))
-                                         : geometry_of(read_superelement(file, light))));
+  check_uses(uses, *geometry_in(component, geometry_in(file)));
 }
+
+struct Plane {
+  Vector3 point, normal;
+};
+
+class Placer {
+ public:
+  Placer(Scene& scene, Report& report) : scene_(scene), report_(report) {}
+
+  void place(Instance& instance) {
+    const Plane plane = plane_of(instance);
+    const Points x = positions(instance, geometry(instance));
+    const double nearest = ((x.rowwise() - plane.point.transpose()) * plane.normal).minCoeff();
+    instance.position += (instance.place.gap - nearest) * plane.normal;
+    const Vector3& at = instance.position;
+    report_.line(format_text("placed '%s' at [%.10g, %.10g, %.10g], %.4g from '%s'",
+                             instance.name.c_str(), at[0], at[1], at[2], instance.place.gap,
+                             instance.place.on.c_str()));
+    instance.place.on.clear();
+  }
+
+ private:
+  static constexpr double flat = 1e-6;  // of the surface's size
+
+  [[noreturn]] static void fail(const Instance& instance, const std::string& what) {
+    throw InputError(instance.source.text() + ": instances." + instance.name + ".place.on: '" +
+                     instance.place.on + "' " + what);
+  }
+
+  static Points positions(const Instance& instance, const Geometry& of) {
+    return (of.coordinates * instance.transformation().transpose()).rowwise() +
+           instance.position.transpose();
+  }
+
+  // Of the file, as the instance moves: of a superelement the nodes that it keeps.
+  const Geometry& geometry(const Instance& instance) {
+    const Component& component = component_of(scene_, instance);
+    const bool is_reduced = instance.as == InstanceKind::superelement;
+    const auto [at, is_new] = known_.try_emplace({component.name, is_reduced});
+    Geometry& known = at->second;
+    if (is_new) {
+      naming(component, [&] {
+        if (is_reduced) {
+          require_usable(scene_, component);
+          known = geometry_in(component.reduction->superelement);
+        } else {
+          const Mesh mesh = read_mesh(component);
+          FiniteElementModel model;
+          number_nodes(mesh, model);
+          known = geometry_of(mesh, model);
+        }
+      });
+    }
+    return known;
+  }
+
+  Plane plane_of(const Instance& instance) {
+    const std::string& on = instance.place.on;
+    for (const WallOptions& wall : scene_.walls) {
+      if (wall.name != on) continue;
+      if (wall.kind != WallOptions::Kind::plane)
+        fail(instance, "is no plane: give the instance a position");
+      return {wall.point, wall.direction};
+    }
+    const auto dot = std::min(on.find('.'), on.size());
+    const auto other = std::find_if(scene_.instances.begin(), scene_.instances.end(),
+                                    [&](const Instance& i) { return i.name == on.substr(0, dot); });
+    if (dot == on.size() || other == scene_.instances.end() || other->name == instance.name)
+      fail(instance, "found, expected a plane of 'walls', or INSTANCE.SURFACE of another instance");
+    if (!other->place.on.empty())
+      fail(instance, "is placed later: list instance '" + other->name + "' before this one");
+    const Geometry& of = geometry(*other);
+    const Surface& surface = find_surface(of, other->name, on.substr(dot + 1), instance.source);
+    const Points x = positions(*other, of)(surface_nodes(surface), Eigen::all);
+    const Vector3 middle = x.colwise().mean().transpose(),
+                  normal = other->transformation() *
+                           face_normals(surface, of.coordinates).colwise().sum().transpose();
+    const Points from_middle = x.rowwise() - middle.transpose();
+    const Plane plane{middle, normal.normalized()};
+    if (!((from_middle * plane.normal).cwiseAbs().maxCoeff() <=
+          flat * from_middle.rowwise().norm().maxCoeff()))
+      fail(instance, "is not flat: give the instance a position");
+    return plane;
+  }
+
+  Scene& scene_;
+  Report& report_;
+  std::map<std::pair<std::string, bool>, Geometry> known_;
+};
 
 // For a superelement file alone, whose scene cannot be compared, and for new histories.
 void warn_of_missing_statics(const Scene& scene, const Component& component,
@@ -396,6 +491,12 @@ MeshedComponent read_meshed(SceneIndex& index, const Component& component,
 }
 
 }  // namespace
+
+void place_instances(Scene& scene, Report& report) {
+  Placer placer(scene, report);
+  for (Instance& instance : scene.instances)
+    if (!instance.place.on.empty()) placer.place(instance);
+}
 
 void check_reduced_component(const Scene& scene, const Component& component, Report& report) {
   naming(component, [&] { check_reduced(scene, component, report); });

@@ -79,6 +79,11 @@ struct MeshedComponent {
   std::optional<MeshModesWanted> modes;
 };
 
+// Replaces `place` of instances by their positions, which are reported. They follow the scene's
+// order. InputError: no such wall or surface, one that is not flat, or of an instance that is
+// placed later.
+void place_instances(Scene& scene, Report& report);
+
 // Reads the sets of the component's superelement. InputError: missing or stale (with the command to
 // run), or without a set that the scene uses.
 void check_reduced_component(const Scene& scene, const Component& component, Report& report);

@@ -8,6 +8,7 @@
 #include "dynamics/motion/coupled/coupled_body.hpp"
 #include "dynamics/motion/modal/modal_body.hpp"
 #include "dynamics/motion/nodal/mesh_body.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::instance_body_test {
@@ -25,6 +26,60 @@ struct Case {
   std::string as, integrator, more, reduction;
   std::optional<Index> diagonal_limit;
 };
+
+// `more`: further keys of a and of b; both are blocks on a tilted wall.
+test::Ran place(const std::string& a, const std::string& b, const std::string& as = "mesh") {
+  test::SceneFolder folder;
+  folder.add("part.exo", test::block_mesh({{2, 2, 2}, Vector3(1, 0.6, 0.8)}));
+  return folder.prepare(
+      "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}\n"
+      "components: {part: {mesh: part.exo, material: m, reduction: {interface: [z_min, z_max], "
+      "modes: 5}}}\n"
+      "instances:\n  a: {component: part, as: " +
+      as + ", " + a + "}\n  b: {component: part, as: " + as + ", " + b +
+      "}\nwalls: {floor: {plane: {point: [0, 0, -2], normal: [0, 3, 4]}}, ball: {sphere: {center: "
+      "[0, 0, 0], radius: 1}}}\ntime: {end: 0.1, step: 1.0e-3}\noutput: {every: 0.05}\n");
+}
+
+double smallest(const test::Ran& ran, Index body, const Vector3& point, const Vector3& normal) {
+  const Points& x =
+      ran.built.simulation.bodies[static_cast<std::size_t>(body)]->reference_positions();
+  return ((x.rowwise() - point.transpose()) * normal).minCoeff();
+}
+
+TEST(Place, GivesTheGapToAWallAndToAFlatSurface) {
+  const Vector3 n(0, 0.6, 0.8);
+  for (const char* as : {"mesh", "superelement", "rigid"}) {
+    const test::Ran ran = place(
+        "position: [5, 1, 1], rotation: [30, 0, 10], mirror: x, place: {on: floor, gap: 0.01}",
+        "position: [0.2, 0, 0], place: {on: a.z_max, gap: 0.5}", as);
+    EXPECT_NEAR(smallest(ran, 0, Vector3(0, 0, -2), n), 0.01, 1e-14) << as;
+    // The far face of a is 0.8 along its turned z axis
+    const Matrix3 T = ran.scene.instances[0].transformation();
+    const Points& x = ran.built.simulation.bodies[0]->reference_positions();
+    const Vector3 up = T.col(2);
+    EXPECT_NEAR(smallest(ran, 1, Vector3::Zero(), up) - (x * up).maxCoeff(), 0.5, 1e-13) << as;
+    // Along the wall a stays where its position puts it
+    EXPECT_NEAR(x.col(0).mean(), (T * Vector3(0.5, 0.3, 0.4))[0] + 5, 1e-9) << as;
+  }
+}
+
+TEST(Place, BadPlacesAreRefused) {
+  const auto refusal = [](const std::string& a, const std::string& b = "position: [5, 0, 0]") {
+    return test::refusal_of([&] { place(a, b); });
+  };
+  const auto expect = [](const std::string& found, const std::string& words) {
+    EXPECT_NE(found.find(words), std::string::npos) << found;
+    EXPECT_NE(found.find("scene.yaml:"), std::string::npos) << found;
+  };
+  expect(refusal("place: {on: flor}"), "'flor' found, expected a plane of 'walls'");
+  expect(refusal("place: {on: a.z_max}"), "INSTANCE.SURFACE of another instance");
+  expect(refusal("place: {on: b.top}"), "has no surface 'top'");
+  expect(refusal("place: {on: ball}"), "is no plane");
+  expect(refusal("place: {on: b.z_max}", "place: {on: floor}"), "list instance 'b' before");
+  expect(refusal("place: {on: floor, gap: -1}"), "gap");
+  expect(refusal("place: {gap: 1}"), "on");
+}
 
 test::Ran prepare(const Case& c) {
   test::SceneFolder folder;
