@@ -186,9 +186,10 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
   mesh->add_option("--element", command.element,
                    "hex8-incompatible (default), hex8 or hex8-hourglass")
       ->type_name("WORD");
-  mesh->add_option("--mass", command.mass,
-                   "auto (default: consistent for hex20, tet10 and shells, lumped for others), "
-                   "lumped or consistent")
+  mesh->add_option(
+          "--mass", command.mass,
+          "auto (default: consistent for hex20, tet10, wedge15 and shells, lumped for others), "
+          "lumped or consistent")
       ->type_name("WORD");
   mesh->add_option(
           "-o,--output", command.output,

@@ -18,6 +18,7 @@ enum class ElementType {
   tet10,
   pyramid5,
   wedge6,
+  wedge15,
   hex8,
   hex20,
   hex27

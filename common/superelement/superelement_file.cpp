@@ -105,11 +105,10 @@ Surface read_surface(const Hdf5Reader& file, const std::string& prefix,
 }
 
 ElementType read_element_type(const Hdf5Reader& file, const std::string& group) {
-  using enum ElementType;
   const std::string text = file.read_string(group, "type");
   std::vector<std::string> allowed;
-  for (const ElementType type :
-       {tri3, tri6, quad4, quad8, quad9, tet4, tet10, pyramid5, wedge6, hex8, hex20, hex27}) {
+  for (int i = 0; i <= static_cast<int>(ElementType::hex27); ++i) {
+    const auto type = static_cast<ElementType>(i);
     if (text == name(type)) return type;
     allowed.emplace_back(name(type));
   }

@@ -20,20 +20,20 @@ namespace {
 ElementType type_of(const std::string& topology) {
   using enum ElementType;
   static const std::map<std::string, ElementType> types = {
-      {"Tetrahedron", tet4},      {"Tetrahedron_10", tet10}, {"Pyramid", pyramid5},
-      {"Wedge", wedge6},          {"Hexahedron", hex8},      {"Hexahedron_20", hex20},
-      {"Triangle", tri3},         {"Triangle_6", tri6},      {"Quadrilateral", quad4},
-      {"Quadrilateral_8", quad8}, {"Quadrilateral_9", quad9}};
+      {"Tetrahedron", tet4},    {"Tetrahedron_10", tet10},  {"Pyramid", pyramid5},
+      {"Wedge", wedge6},        {"Wedge_15", wedge15},      {"Hexahedron", hex8},
+      {"Hexahedron_20", hex20}, {"Triangle", tri3},         {"Triangle_6", tri6},
+      {"Quadrilateral", quad4}, {"Quadrilateral_8", quad8}, {"Quadrilateral_9", quad9}};
   return types.at(topology);
 }
 
-// Reorders nodes from VTK to Exodus, which has the vertical mid-edges of a hex before the upper
-// ones.
+// Reorders nodes from VTK to Exodus, which has the upright mid-edges before the upper ones.
 IndexTable exodus_order(const IndexTable& cells, ElementType type) {
-  if (type != ElementType::hex20) return cells;
+  if (type != ElementType::hex20 && type != ElementType::wedge15) return cells;
+  const Index n = n_corners(type) / 2, first = cells.cols() - 2 * n;
   IndexTable out = cells;
-  out.middleCols(12, 4) = cells.middleCols(16, 4);
-  out.middleCols(16, 4) = cells.middleCols(12, 4);
+  out.middleCols(first, n) = cells.rightCols(n);
+  out.rightCols(n) = cells.middleCols(first, n);
   return out;
 }
 

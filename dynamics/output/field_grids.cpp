@@ -17,8 +17,8 @@ struct Cell {
   std::vector<int> order;  // node i in VTK's order is node order[i] here
 };
 
-// Exodus numbers the vertical mid-edges of a hex before the upper ones, VTK after them. A hex27 is
-// shown by its first 20 nodes.
+// Exodus numbers the upright mid-edges before the upper ones, VTK after them. A hex27 is shown by
+// its first 20 nodes.
 Cell cell_of(ElementType type) {
   switch (type) {
     case ElementType::tri3:
@@ -33,6 +33,8 @@ Cell cell_of(ElementType type) {
       return {"Pyramid", {0, 1, 2, 3, 4}};
     case ElementType::wedge6:
       return {"Wedge", {0, 1, 2, 3, 4, 5}};
+    case ElementType::wedge15:
+      return {"Wedge_15", {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11}};
     case ElementType::hex8:
       return {"Hexahedron", {0, 1, 2, 3, 4, 5, 6, 7}};
     case ElementType::hex20:

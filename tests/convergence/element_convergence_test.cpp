@@ -126,6 +126,7 @@ INSTANTIATE_TEST_SUITE_P(Elements, Convergence,
                                          Case{ElementType::hex8, Hex8Formulation::hourglass, 1, 6},
                                          Case{ElementType::tet10, Hex8Formulation::full, 2, 4},
                                          Case{ElementType::hex20, Hex8Formulation::full, 2, 3},
+                                         Case{ElementType::wedge15, Hex8Formulation::full, 2, 3},
                                          Case{ElementType::hex27, Hex8Formulation::full, 2, 3}));
 
 }  // namespace

@@ -30,6 +30,8 @@ constexpr int hex_edges[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 4}, {1, 5}
 constexpr Point hex_centres[7] = {{1, 1, 1}, {1, 1, 0}, {1, 1, 2}, {0, 1, 1},
                                   {2, 1, 1}, {1, 0, 1}, {1, 2, 1}};
 constexpr int tet_edges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
+constexpr int wedge_edges[9][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 4},
+                                   {2, 5}, {3, 4}, {4, 5}, {5, 3}};
 
 using Elements = std::vector<std::pair<ElementType, Cell>>;
 
@@ -62,12 +64,14 @@ void add_tets(const Point& at, ElementType type, Elements& elements) {
   } while (std::next_permutation(axes.begin(), axes.end()));
 }
 
-void add_wedges(const Point& at, Elements& elements) {
+void add_wedges(const Point& at, ElementType type, Elements& elements) {
   for (const auto& corners : {std::array{0, 1, 2}, std::array{0, 2, 3}}) {
     Cell nodes;
     for (const int upper : {0, 4})
       for (const int corner : corners) nodes.push_back(at + cube[corner + upper]);
-    elements.emplace_back(ElementType::wedge6, nodes);
+    if (type == ElementType::wedge15)
+      for (const auto& edge : wedge_edges) nodes.push_back(middle(nodes[edge[0]], nodes[edge[1]]));
+    elements.emplace_back(type, nodes);
   }
 }
 
@@ -97,13 +101,16 @@ void add_cell(const Point& at, CellKind kind, Elements& elements) {
     case CellKind::tet10:
       return add_tets(at, ElementType::tet10, elements);
     case CellKind::wedge6:
-      return add_wedges(at, elements);
+      return add_wedges(at, ElementType::wedge6, elements);
+    case CellKind::wedge15:
+      return add_wedges(at, ElementType::wedge15, elements);
     case CellKind::pyramid5:
       return add_pyramids(at, elements);
     case CellKind::hex8_and_pyramid5:
       return odd ? add_pyramids(at, elements) : add_hex(at, ElementType::hex8, elements);
     case CellKind::hex8_and_wedge6:
-      return odd ? add_wedges(at, elements) : add_hex(at, ElementType::hex8, elements);
+      return odd ? add_wedges(at, ElementType::wedge6, elements)
+                 : add_hex(at, ElementType::hex8, elements);
   }
 }
 

@@ -18,9 +18,10 @@ enum class CellKind {
   wedge6,
   pyramid5,
   hex8_and_pyramid5,
-  hex8_and_wedge6
+  hex8_and_wedge6,
+  wedge15
 };
-constexpr int n_cell_kinds = 9;
+constexpr int n_cell_kinds = 10;
 
 struct LatticeShape {
   CellKind kind = CellKind::hex8;

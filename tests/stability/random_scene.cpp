@@ -9,9 +9,9 @@
 namespace cbr::test {
 namespace {
 
-constexpr const char* kind_names[n_cell_kinds] = {"hex8",     "hex20",         "hex27",
-                                                  "tet4",     "tet10",         "wedge6",
-                                                  "pyramid5", "hex8+pyramid5", "hex8+wedge6"};
+constexpr const char* kind_names[n_cell_kinds] = {
+    "hex8",   "hex20",    "hex27",         "tet4",        "tet10",
+    "wedge6", "pyramid5", "hex8+pyramid5", "hex8+wedge6", "wedge15"};
 
 std::function<Vector3(const Vector3&)> warp(Dice& dice, double amount) {
   const Vector3 wave = dice.vector(2), phase = dice.vector(3), tilt = dice.vector(0.1);

@@ -13,31 +13,10 @@ namespace cbr {
 namespace {
 
 using isoparametric::Nodes;
+using isoparametric::with_node_count;
 
 constexpr std::array<std::string_view, 3> formulation_names = {"hex8", "hex8-incompatible",
                                                                "hex8-hourglass"};
-
-// Calls f with the element's number of nodes as a constant.
-template <class F>
-auto with_node_count(ElementType type, F f) {
-  switch (n_nodes(type)) {
-    case 4:
-      return f(std::integral_constant<int, 4>());
-    case 5:
-      return f(std::integral_constant<int, 5>());
-    case 6:
-      return f(std::integral_constant<int, 6>());
-    case 8:
-      return f(std::integral_constant<int, 8>());
-    case 10:
-      return f(std::integral_constant<int, 10>());
-    case 20:
-      return f(std::integral_constant<int, 20>());
-    default:
-      assert(n_nodes(type) == 27);
-      return f(std::integral_constant<int, 27>());
-  }
-}
 
 // weight det J at each point of a table; the weights of corner tables are zero and count as one.
 template <int n>
@@ -59,9 +38,7 @@ Vector mass_volumes(ElementType type, const Points& X) {
   });
 }
 
-bool is_quadratic(ElementType type) {
-  return type == ElementType::tet10 || type == ElementType::hex20 || type == ElementType::hex27;
-}
+bool is_quadratic(ElementType type) { return n_nodes(type) > n_corners(type); }
 
 }  // namespace
 

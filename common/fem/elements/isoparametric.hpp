@@ -18,6 +18,30 @@ using Nodes = Eigen::Matrix<double, n, 3, Eigen::RowMajor>;
 template <int n>
 using DofMatrix = Eigen::Matrix<double, 3 * n, 3 * n>;
 
+// Calls f with the element's number of nodes as a constant.
+template <class F>
+auto with_node_count(ElementType type, F f) {
+  switch (n_nodes(type)) {
+    case 4:
+      return f(std::integral_constant<int, 4>());
+    case 5:
+      return f(std::integral_constant<int, 5>());
+    case 6:
+      return f(std::integral_constant<int, 6>());
+    case 8:
+      return f(std::integral_constant<int, 8>());
+    case 10:
+      return f(std::integral_constant<int, 10>());
+    case 15:
+      return f(std::integral_constant<int, 15>());
+    case 20:
+      return f(std::integral_constant<int, 20>());
+    default:
+      assert(n_nodes(type) == 27);
+      return f(std::integral_constant<int, 27>());
+  }
+}
+
 // Column q: sqrt(weight det J) dN_i/dx_a at point q, row 3 i + a.
 template <int n>
 using Gradients = Eigen::Matrix<double, 3 * n, Eigen::Dynamic, Eigen::ColMajor, 3 * n, 27>;

@@ -59,6 +59,7 @@ double weight(ElementType type, const Vector3& q, const Vector3& x) {
     case ElementType::tet10:
       return of_simplex(3, q, x);
     case ElementType::wedge6:
+    case ElementType::wedge15:
       return of_simplex(2, q, x) * of_line(q.z(), x.z());
     case ElementType::pyramid5:
       return of_line(q.x(), x.x()) * of_line(q.y(), x.y());
@@ -74,6 +75,7 @@ QuadratureRule points_of(ElementType type) {
     case ElementType::tet10:
       return tetrahedron_rule(4);
     case ElementType::wedge6:
+    case ElementType::wedge15:
       return wedge_rule(3, 2);
     case ElementType::pyramid5:
       return pyramid_rule(2, 1);
@@ -148,23 +150,8 @@ Matrix element_nodal_stress(ElementType type, Hex8Formulation hex8, const Points
   if (type == ElementType::hex8 && hex8 == Hex8Formulation::incompatible)
     return incompatible_stress(sampling, X, material, u);
   const Elasticity elasticity(material);
-  switch (n_nodes(type)) {
-    case 4:
-      return nodal_stress<4>(sampling, X, elasticity, u);
-    case 5:
-      return nodal_stress<5>(sampling, X, elasticity, u);
-    case 6:
-      return nodal_stress<6>(sampling, X, elasticity, u);
-    case 8:
-      return nodal_stress<8>(sampling, X, elasticity, u);
-    case 10:
-      return nodal_stress<10>(sampling, X, elasticity, u);
-    case 20:
-      return nodal_stress<20>(sampling, X, elasticity, u);
-    default:
-      assert(n_nodes(type) == 27);
-      return nodal_stress<27>(sampling, X, elasticity, u);
-  }
+  return isoparametric::with_node_count(
+      type, [&](auto n) -> Matrix { return nodal_stress<n()>(sampling, X, elasticity, u); });
 }
 
 Matrix shell_stress(ElementType type, const Points& X, const ShellProperties& shell,

@@ -67,6 +67,8 @@ Rules rules(ElementType type) {
       return {tetrahedron_rule(14), tetrahedron_rule(14), tet_corners(), Vector3::Constant(0.25)};
     case ElementType::wedge6:
       return {wedge_rule(3, 2), wedge_rule(6, 3), wedge_corners(), Vector3(1.0 / 3, 1.0 / 3, 0)};
+    case ElementType::wedge15:
+      return {wedge_rule(6, 3), wedge_rule(6, 3), wedge_corners(), Vector3(1.0 / 3, 1.0 / 3, 0)};
     case ElementType::pyramid5:
       return {pyramid_rule(2, 1), pyramid_rule(3, 2), pyramid_corners(), Vector3(0, 0, 0.25)};
     default:
@@ -100,6 +102,8 @@ ShapeFunctions shape_functions(ElementType type, const Vector3& xi) {
       return tet10_shape(xi);
     case ElementType::wedge6:
       return wedge6_shape(xi);
+    case ElementType::wedge15:
+      return wedge15_shape(xi);
     case ElementType::pyramid5:
       return pyramid5_shape(xi);
     default:

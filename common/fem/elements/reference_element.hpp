@@ -25,6 +25,7 @@ ShapeFunctions tet4_shape(const Vector3& xi);
 ShapeFunctions tet10_shape(const Vector3& xi);
 // Two barycentric coordinates of the triangle, zeta in [-1, 1].
 ShapeFunctions wedge6_shape(const Vector3& xi);
+ShapeFunctions wedge15_shape(const Vector3& xi);
 // The rational functions (Bedrosian 1992), in the coordinates (a, b, zeta) of pyramid_rule(), where
 // they are the polynomials N_i = (1 - zeta) n_i(a, b), N_5 = zeta. dN are the derivatives by a and
 // b divided by (1 - zeta), and by zeta: the factor (1 - zeta)^2 of the Jacobian determinant,
@@ -55,6 +56,7 @@ struct ReferenceElement {
 //  because the usual 4 are exact
 //                                for straight edges only and fail the patch test on curved ones
 //  wedge6    3 x 2               6 x 3
+//  wedge15   6 x 3               6 x 3
 //  pyramid5  2 x 2 x 1           3 x 3 x 2: the gradients do not depend on zeta, and their
 //  integrals are exact with 2 x 2 points
 const ReferenceElement& reference_element(ElementType type);

@@ -27,6 +27,14 @@ Factor quadratic(int node, double xi) {
   return {0.5 * xi * (xi + node), xi + 0.5 * node};
 }
 
+Vector3 barycentric(const Vector3& xi) { return {1 - xi(0) - xi(1), xi(0), xi(1)}; }
+
+// Function i of a wedge, T(L) h(zeta), with the gradient G of T in the barycentric coordinates L.
+void set_wedge(ShapeFunctions& shape, int i, double T, const Vector3& G, Factor h) {
+  shape.N(i) = T * h.value;
+  shape.dN.row(i) << (G(1) - G(0)) * h.value, (G(2) - G(0)) * h.value, T * h.slope;
+}
+
 template <int n, class Lagrange>
 ShapeFunctions tensor_product(const Vector3& xi, Lagrange factor) {
   ShapeFunctions shape{Vector(n), Points(n, 3)};
@@ -97,16 +105,33 @@ ShapeFunctions tet10_shape(const Vector3& xi) {
   return shape;
 }
 
-// The wedge: the triangle at zeta = -1, then the one at zeta = 1.
+// Wedges: the triangle at zeta = -1, the one at zeta = 1, then the edges of the first, the upright
+// ones, those of the second.
 ShapeFunctions wedge6_shape(const Vector3& xi) {
-  const Vector3 L(1 - xi(0) - xi(1), xi(0), xi(1));
   ShapeFunctions shape{Vector(6), Points(6, 3)};
-  for (int i = 0; i < 6; ++i) {
-    const int corner = i % 3, side = i < 3 ? -1 : 1;
-    const double height = 0.5 * (1 + side * xi(2));
-    const double dr = corner == 0 ? -1 : corner == 1, ds = corner == 0 ? -1 : corner == 2;
-    shape.N(i) = L(corner) * height;
-    shape.dN.row(i) << dr * height, ds * height, 0.5 * side * L(corner);
+  for (int i = 0; i < 6; ++i)
+    set_wedge(shape, i, barycentric(xi)(i % 3), Vector3::Unit(i % 3),
+              linear(i < 3 ? -1 : 1, xi(2)));
+  return shape;
+}
+
+ShapeFunctions wedge15_shape(const Vector3& xi) {
+  // Edge functions: bubble along the edge, linear across. Corner functions: those of a tri6 times a
+  // linear one, minus half of the upright edge's.
+  const Vector3 L = barycentric(xi);
+  ShapeFunctions shape{Vector(15), Points(15, 3)};
+  for (int a = 0; a < 3; ++a) {
+    const int b = (a + 1) % 3, upright = 9 + a;
+    const Vector3 e_a = Vector3::Unit(a), e_b = Vector3::Unit(b);
+    set_wedge(shape, upright, L(a), e_a, quadratic(0, xi(2)));
+    for (const int top : {0, 1}) {
+      const int corner = 3 * top + a;
+      const Factor height = linear(2 * top - 1, xi(2));
+      set_wedge(shape, 6 + 6 * top + a, 4 * L(a) * L(b), 4 * (L(b) * e_a + L(a) * e_b), height);
+      set_wedge(shape, corner, L(a) * (2 * L(a) - 1), (4 * L(a) - 1) * e_a, height);
+      shape.N(corner) -= 0.5 * shape.N(upright);
+      shape.dN.row(corner) -= 0.5 * shape.dN.row(upright);
+    }
   }
   return shape;
 }

@@ -20,20 +20,18 @@ ElementType element_type(const NetcdfReader& file, const std::string& block,
     std::vector<ElementType> types;
   };
   using enum ElementType;
-  static const std::vector<Family> families = {{"HEX", {hex8, hex20, hex27}},
-                                               {"TET", {tet4, tet10}},
-                                               {"WED", {wedge6}},
-                                               {"PYR", {pyramid5}},
-                                               {"QUA", {quad4, quad8, quad9}},
-                                               {"SHE", {tri3, tri6, quad4, quad8, quad9}},
-                                               {"TRI", {tri3, tri6}}};
+  static const std::vector<Family> families = {
+      {"HEX", {hex8, hex20, hex27}},  {"TET", {tet4, tet10}},
+      {"WED", {wedge6, wedge15}},     {"PYR", {pyramid5}},
+      {"QUA", {quad4, quad8, quad9}}, {"SHE", {tri3, tri6, quad4, quad8, quad9}},
+      {"TRI", {tri3, tri6}}};
   for (const auto& family : families)
     if (upper.rfind(family.prefix, 0) == 0)
       for (const auto type : family.types)
         if (n_nodes(type) == n_nodes_found) return type;
   throw InputError(file.where() + ": block '" + block + "': element type '" + text + "' with " +
                    std::to_string(n_nodes_found) +
-                   " nodes is not supported: use HEX 8 20 27, TETRA 4 10, WEDGE 6, PYRAMID 5, "
+                   " nodes is not supported: use HEX 8 20 27, TETRA 4 10, WEDGE 6 15, PYRAMID 5, "
                    "SHELL or QUAD 4 8 9, TRI 3 6, and take "
                    "beams, trusses and points out of the mesh");
 }

@@ -5,40 +5,19 @@
 
 #include "common/base/error.hpp"
 #include "common/files/netcdf_file.hpp"
+#include "common/mesh/io/deck_lines.hpp"
 #include "common/mesh/io/exodus_results.hpp"
 #include "common/mesh/io/mesh_formats.hpp"
 
 namespace cbr {
 namespace {
 
-const char* element_word(ElementType type) {
-  switch (type) {
-    case ElementType::tri3:
-      return "TRI3";
-    case ElementType::tri6:
-      return "TRI6";
-    case ElementType::quad4:
-      return "SHELL4";
-    case ElementType::quad8:
-      return "SHELL8";
-    case ElementType::quad9:
-      return "SHELL9";
-    case ElementType::tet4:
-      return "TETRA4";
-    case ElementType::tet10:
-      return "TETRA10";
-    case ElementType::pyramid5:
-      return "PYRAMID5";
-    case ElementType::wedge6:
-      return "WEDGE6";
-    case ElementType::hex8:
-      return "HEX8";
-    case ElementType::hex20:
-      return "HEX20";
-    case ElementType::hex27:
-      return "HEX27";
-  }
-  return "";
+// "HEX8", of quad4 "SHELL4", of tet4 "TETRA4".
+std::string element_word(ElementType type) {
+  std::string word = in_capitals(name(type));
+  if (word.starts_with("QUAD")) word.replace(0, 4, "SHELL");
+  if (word.starts_with("TET")) word.replace(0, 3, "TETRA");
+  return word;
 }
 
 // Ids in Exodus are positive and unique among blocks, among sidesets, among nodesets: the own one

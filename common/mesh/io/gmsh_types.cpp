@@ -25,6 +25,8 @@ const std::vector<GmshType>& table() {
       {11, 3, 10, ElementType::tet10, {0, 1, 2, 3, 4, 5, 6, 7, 9, 8}},
       {7, 3, 5, ElementType::pyramid5, {}},
       {6, 3, 6, ElementType::wedge6, {}},
+      // gmsh's edges: 01 02 03 12 14 25 34 35 45
+      {18, 3, 15, ElementType::wedge15, {0, 1, 2, 3, 4, 5, 6, 9, 7, 8, 10, 11, 12, 14, 13}},
       {5, 3, 8, ElementType::hex8, {}},
       // gmsh's edges: 01 03 04 12 15 23 26 37 45 47 56 67; then its faces: bottom, front, left,
       // right, back, top; the centre.
@@ -46,9 +48,9 @@ const GmshType* find_gmsh_type(int number) {
 
 std::string gmsh_type_name(int number) {
   static const std::map<int, std::string> others = {
-      {13, "Prism 18"},         {14, "Pyramid 14"},  {18, "Prism 15"},     {19, "Pyramid 13"},
-      {20, "Triangle 9"},       {21, "Triangle 10"}, {26, "Line 4"},       {29, "Tetrahedron 20"},
-      {36, "Quadrilateral 16"}, {90, "Prism 40"},    {92, "Hexahedron 64"}};
+      {13, "Prism 18"},    {14, "Pyramid 14"},   {19, "Pyramid 13"},     {20, "Triangle 9"},
+      {21, "Triangle 10"}, {26, "Line 4"},       {29, "Tetrahedron 20"}, {36, "Quadrilateral 16"},
+      {90, "Prism 40"},    {92, "Hexahedron 64"}};
   const auto found = others.find(number);
   const std::string text = "number " + std::to_string(number);
   return found == others.end() ? text : "'" + found->second + "' (" + text + ")";

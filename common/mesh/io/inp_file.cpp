@@ -28,7 +28,7 @@ std::optional<InpType> inp_type(const std::string& word) {
   };
   static const std::vector<ElementType> faces = {tri3, quad4, tri6, quad8, quad9};
   static const std::vector<Family> families = {
-      {"C3D", {tet4, pyramid5, wedge6, hex8, tet10, hex20}},
+      {"C3D", {tet4, pyramid5, wedge6, hex8, tet10, wedge15, hex20}},
       {"CPS", faces},
       {"CPE", faces},
       {"STRI", faces},
@@ -201,11 +201,12 @@ class InpReader {
         {instead_of_gaps, {"GAPUNI"}}};
     const std::string cure = cure_of(all, word);
     if (!type)
-      lines_.fail("element type '" + word + "' is not supported: " +
-                  (cure.empty()
-                       ? "use C3D4, C3D5, C3D6, C3D8, C3D10 or C3D20 (with any letters after "
-                         "them), shells for faces, and take the others out of the mesh"
-                       : cure));
+      lines_.fail(
+          "element type '" + word + "' is not supported: " +
+          (cure.empty()
+               ? "use C3D4, C3D5, C3D6, C3D8, C3D10, C3D15 or C3D20 (with any letters after "
+                 "them), shells for faces, and take the others out of the mesh"
+               : cure));
     type_ = *type;
     data_ = Data::elements;
     elset_ = keyword.value("ELSET");
@@ -300,9 +301,11 @@ class InpReader {
       file_.lines[id] = std::exchange(pending_, {});
       return;
     }
-    // Abaqus numbers the upper mid-edges of a hex before the upright ones, Exodus after them
-    if (*type_.type == ElementType::hex20)
-      std::swap_ranges(pending_.begin() + 12, pending_.begin() + 16, pending_.begin() + 16);
+    // Abaqus numbers the upper mid-edges before the upright ones, Exodus after them
+    if (*type_.type == ElementType::hex20 || *type_.type == ElementType::wedge15) {
+      const auto n = n_corners(*type_.type) / 2;
+      std::swap_ranges(pending_.end() - n, pending_.end(), pending_.end() - 2 * n);
+    }
     file_.mesh.elements.push_back({id, *type_.type, file_.mesh.element_nodes.size(), elset_});
     file_.mesh.element_nodes.insert(file_.mesh.element_nodes.end(), pending_.begin(),
                                     pending_.end());

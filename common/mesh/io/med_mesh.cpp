@@ -42,6 +42,7 @@ const std::vector<MedType>& med_types() {
       {"HE8", 8, hex8, {}},
       {"T10", 10, tet10, {}},
       // the edges of the upper face come before the upright ones
+      {"P15", 15, wedge15, {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11}},
       {"H20", 20, hex20, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 16, 17, 18, 19, 12, 13, 14, 15}},
       // then the faces: bottom, front, right, back, left, top; the centre
       {"H27", 27, hex27, {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 16, 17,

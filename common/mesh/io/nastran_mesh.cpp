@@ -184,11 +184,11 @@ struct Family {
 
 const Family* family_of(const std::string& card) {
   using enum ElementType;
-  static const std::vector<Family> families = {{"CTETRA", {tet4, tet10}}, {"CPYRAM", {pyramid5}},
-                                               {"CPENTA", {wedge6}},      {"CHEXA", {hex8, hex20}},
-                                               {"CTRIA3", {tri3}},        {"CTRIAR", {tri3}},
-                                               {"CTRIA6", {tri6}},        {"CQUAD4", {quad4}},
-                                               {"CQUADR", {quad4}},       {"CQUAD8", {quad8}}};
+  static const std::vector<Family> families = {
+      {"CTETRA", {tet4, tet10}}, {"CPYRAM", {pyramid5}}, {"CPENTA", {wedge6, wedge15}},
+      {"CHEXA", {hex8, hex20}},  {"CTRIA3", {tri3}},     {"CTRIAR", {tri3}},
+      {"CTRIA6", {tri6}},        {"CQUAD4", {quad4}},    {"CQUADR", {quad4}},
+      {"CQUAD8", {quad8}}};
   for (const Family& family : families)
     if (card == family.card) return &family;
   return nullptr;
@@ -290,7 +290,7 @@ class NastranMesh {
     const auto type = std::find_if(family.types.begin(), family.types.end(), [&](ElementType one) {
       return static_cast<std::size_t>(n_nodes(one)) == nodes.size();
     });
-    if (type == family.types.end() || has_more(card, 2 + most))
+    if (type == family.types.end() || (dimension(*type) == 3 && has_more(card, 2 + nodes.size())))
       cards_.fail(card, "element " + std::to_string(id) + " has " + std::to_string(nodes.size()) +
                             " points, expected " + counts_text(family));
     const bool is_face = dimension(*type) == 2;
@@ -300,10 +300,8 @@ class NastranMesh {
     file_.element_nodes.insert(file_.element_nodes.end(), nodes.begin(), nodes.end());
   }
 
-  // Points of mid-edges that a type of ours does not have (CPENTA of 15). Faces have angles and
-  // thicknesses there.
-  bool has_more(const BdfCard& card, std::size_t first) const {
-    if (card.name != "CPENTA" && card.name != "CPYRAM") return false;
+  // Points of some mid-edges. Faces have angles and thicknesses there.
+  static bool has_more(const BdfCard& card, std::size_t first) {
     for (std::size_t i = first; i < card.fields.size(); ++i)
       if (!card.fields[i].empty()) return true;
     return false;

@@ -370,7 +370,7 @@ TEST(Mortar, OnlyTheFaceThatHoldsHolds) {
 // has turned the faces over.
 TEST(Mortar, WholeFacesKeepTheirMiddles) {
   for (const ElementType type : {ElementType::hex8, ElementType::hex20, ElementType::hex27,
-                                 ElementType::tet4, ElementType::tet10}) {
+                                 ElementType::tet4, ElementType::tet10, ElementType::wedge15}) {
     const Mesh mesh = test::box_mesh(type, {2, 1, 1}, Vector3(2, 1, 1));
     Sideset top{"top", 1, {}};
     for (Index e = 0; e < mesh.blocks[0].connectivity.rows(); ++e)
@@ -380,7 +380,7 @@ TEST(Mortar, WholeFacesKeepTheirMiddles) {
     const Surface surface = extract_surface(mesh, top);
     IndexTable faces = whole_faces(surface), linear = contact_faces(surface);
     const bool has_centre = type == ElementType::hex27;
-    const bool quadratic = has_centre || type == ElementType::hex20 || type == ElementType::tet10;
+    const bool quadratic = n_nodes(surface.kind) > n_corners(surface.kind);
     const auto area_vectors = [&](const IndexTable& table) {
       Vector3 sum = Vector3::Zero();
       for (Index f = 0; f < table.rows(); ++f)

@@ -17,9 +17,9 @@
 
 namespace cbr::test {
 
-inline constexpr std::array<ElementType, 7> volume_types = {
-    ElementType::tet4, ElementType::tet10, ElementType::pyramid5, ElementType::wedge6,
-    ElementType::hex8, ElementType::hex20, ElementType::hex27};
+inline constexpr std::array<ElementType, 8> volume_types = {
+    ElementType::tet4,    ElementType::tet10, ElementType::pyramid5, ElementType::wedge6,
+    ElementType::wedge15, ElementType::hex8,  ElementType::hex20,    ElementType::hex27};
 
 struct ElementKind {
   ElementType type;
@@ -52,6 +52,7 @@ inline std::vector<std::vector<int>> cell_elements(ElementType type) {
       return tets;
     }
     case ElementType::wedge6:
+    case ElementType::wedge15:
       return {{0, 1, 2, 4, 5, 6}, {0, 2, 3, 4, 6, 7}};
     case ElementType::pyramid5: {
       std::vector<std::vector<int>> pyramids;

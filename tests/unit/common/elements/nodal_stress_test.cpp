@@ -65,7 +65,8 @@ TEST(NodalStress, OfAQuadraticMotionIsExactInStraightQuadraticElements) {
     H << x[1], x[0], -2 * x[2], 4 * x[0], x[2], x[1], x[2], -2 * x[1], x[0];
     return Matrix3(G + H);
   };
-  for (const ElementType type : {ElementType::tet10, ElementType::hex20, ElementType::hex27}) {
+  for (const ElementType type :
+       {ElementType::tet10, ElementType::wedge15, ElementType::hex20, ElementType::hex27}) {
     const Mesh mesh =
         box_mesh(type, {1, 1, 1}, Vector3(1, 0.7, 1.3), [](const Vector3& x) -> Vector3 {
           return Vector3(x(0) + 0.2 * x(1), x(1) - 0.1 * x(2), x(2) + 0.3 * x(0));

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <iomanip>
+#include <sstream>
+
 #include "common/scene/scene.hpp"
 #include "sample_meshes.hpp"
 
@@ -73,6 +76,31 @@ TEST(Deck, theHashCoversIncludedFiles) {
   put(folder, "n.inp", "*NODE\n" + nodes + "5, 9, 9, 9\n");
   EXPECT_NE(mesh_hash(file), before);
   EXPECT_EQ(mesh_hash(alone), file_hash(alone));
+}
+
+TEST(Deck, wedgesOfSecondOrder) {
+  using test::element_points;
+  const Points X = element_points(ElementType::wedge15, test::skew_corners(ElementType::wedge15));
+  const Folder folder;
+  std::string inp = "*NODE\n", bdf;
+  for (Index i = 0; i < 15; ++i) {
+    std::ostringstream place;
+    place << std::setprecision(17) << ", " << X(i, 0) << ", " << X(i, 1) << ", " << X(i, 2);
+    inp += std::to_string(i + 1) + place.str() + "\n";
+    bdf += "GRID," + std::to_string(i + 1) + "," + place.str() + "\n";
+  }
+  // Abaqus: the upper mid-edges, 13 to 15 here, before the vertical ones
+  inp += "*ELEMENT, TYPE=C3D15\n1, 1,2,3,4,5,6,7,8,9,13,14,15,10,11,12\n*SURFACE, NAME=S\n1, S2\n";
+  bdf += "CPENTA,1,7,1,2,3,4,5,6,\n,7,8,9,10,11,12,13,14,\n,15\n";
+  for (const auto& file : {put(folder, "w.inp", inp), put(folder, "w.bdf", bdf)}) {
+    const Mesh mesh = read_mesh(file);
+    ASSERT_EQ(mesh.blocks.at(0).type, ElementType::wedge15);
+    for (Index i = 0; i < 15; ++i)
+      EXPECT_EQ(mesh.coordinates.row(mesh.blocks[0].connectivity(0, i)), X.row(i)) << file << i;
+    if (!mesh.sidesets.empty()) EXPECT_EQ(mesh.sidesets[0].sides.at(0).side, 5);
+  }
+  const auto cut = put(folder, "cut.bdf", "GRID,1\nCPENTA,1,7,1,2,3,4,5,6,\n,,8\n");
+  EXPECT_NE(message_of([&] { read_mesh(cut); }).find("has 6 points"), std::string::npos);
 }
 
 TEST(Deck, hostileIncludesAreOneLine) {

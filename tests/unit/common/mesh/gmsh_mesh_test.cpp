@@ -24,6 +24,7 @@ struct Recipe {
   bool incomplete = false;
   double version = 4.1;
   bool binary = false;
+  bool wedges = false;
 };
 
 // A box [0,2] x [0,1] x [0,1] in two halves: volumes "left", "right"; surfaces "x_max", "outer"
@@ -37,8 +38,8 @@ void make_box(const Recipe& recipe, const std::filesystem::path& file) {
   gmsh::model::geo::extrude({{0, p}}, 0, 1, 0, line, {2}, {}, recipe.recombine);
   gmsh::model::geo::extrude({line[1]}, 0, 0, 1, area, {2}, {}, recipe.recombine);
   gmsh::vectorpair left;
-  gmsh::model::geo::extrude({area[1]}, 1, 0, 0, left, {2}, {}, recipe.recombine);
-  gmsh::model::geo::extrude({left[0]}, 1, 0, 0, right, {1}, {}, recipe.recombine);
+  gmsh::model::geo::extrude({area[1]}, 1, 0, 0, left, {2}, {}, recipe.recombine || recipe.wedges);
+  gmsh::model::geo::extrude({left[0]}, 1, 0, 0, right, {1}, {}, recipe.recombine || recipe.wedges);
   gmsh::model::geo::synchronize();
   const auto group = [](int dim, const std::vector<int>& tags, const std::string& name) {
     gmsh::model::setPhysicalName(dim, gmsh::model::addPhysicalGroup(dim, tags), name);
@@ -77,6 +78,18 @@ std::vector<Recipe> recipes() {
   return all;
 }
 
+// Mid-side nodes really lie where the Exodus order says.
+void expect_straight(const Mesh& mesh, const Block& block) {
+  for (Index e = 0; e < block.connectivity.rows(); ++e) {
+    Points X(block.connectivity.cols(), 3);
+    for (Index i = 0; i < X.rows(); ++i) X.row(i) = mesh.coordinates.row(block.connectivity(e, i));
+    EXPECT_LT((test::element_points(block.type, X.topRows(n_corners(block.type))) - X)
+                  .cwiseAbs()
+                  .maxCoeff(),
+              1e-11);
+  }
+}
+
 // Vector area of all faces of a sideset, from the corners.
 Vector3 vector_area(const Mesh& mesh, const Sideset& set) {
   const Surface surface = extract_surface(mesh, set);
@@ -106,16 +119,7 @@ TEST(GmshMesh, readsWhatGmshWritesInEveryFormat) {
       const Index per_cube = recipe.recombine ? 1 : 6;
       EXPECT_GE(block.connectivity.rows(),
                 (block.name == "left" ? 8 : 4) * std::min<Index>(per_cube, 5));
-      // Mid-side nodes really lie where the Exodus order says.
-      for (Index e = 0; e < block.connectivity.rows(); ++e) {
-        Points X(block.connectivity.cols(), 3);
-        for (Index i = 0; i < X.rows(); ++i)
-          X.row(i) = mesh.coordinates.row(block.connectivity(e, i));
-        EXPECT_LT((test::element_points(block.type, X.topRows(n_corners(block.type))) - X)
-                      .cwiseAbs()
-                      .maxCoeff(),
-                  1e-11);
-      }
+      expect_straight(mesh, block);
     }
     ASSERT_EQ(mesh.sidesets.size(), 3U);
     EXPECT_LT(
@@ -131,6 +135,17 @@ TEST(GmshMesh, readsWhatGmshWritesInEveryFormat) {
     ASSERT_EQ(corner.size(), 1U);
     EXPECT_EQ(mesh.coordinates.row(corner[0]).norm(), 0);
   }
+}
+
+TEST(GmshMesh, readsWedgesOfSecondOrder) {
+  const Folder folder;
+  make_box({"wedge15", false, 2, true, 4.1, true, true}, folder / "box.msh");
+  const Mesh mesh = read_mesh(folder / "box.msh");
+  ASSERT_EQ(name(mesh.blocks.at(0).type), "wedge15");
+  for (const auto& block : mesh.blocks) expect_straight(mesh, block);
+  EXPECT_LT(
+      (vector_area(mesh, mesh.sidesets[find_sideset(mesh, "x_max")]) - Vector3(1, 0, 0)).norm(),
+      1e-12);
 }
 
 TEST(GmshMesh, everyFormatGivesTheSameMesh) {

@@ -19,10 +19,11 @@
 
 namespace cbr::test {
 
-inline constexpr std::array<ElementType, 12> all_types = {
-    ElementType::tri3,   ElementType::tri6, ElementType::quad4, ElementType::quad8,
-    ElementType::quad9,  ElementType::tet4, ElementType::tet10, ElementType::pyramid5,
-    ElementType::wedge6, ElementType::hex8, ElementType::hex20, ElementType::hex27};
+inline constexpr std::array<ElementType, 13> all_types = {
+    ElementType::tri3,   ElementType::tri6,    ElementType::quad4, ElementType::quad8,
+    ElementType::quad9,  ElementType::tet4,    ElementType::tet10, ElementType::pyramid5,
+    ElementType::wedge6, ElementType::wedge15, ElementType::hex8,  ElementType::hex20,
+    ElementType::hex27};
 
 // Each node of an element as the mean of corners, which defines the node order independently of the
 // tables under test. From the figures of the Exodus II manual, numbers from 0.
@@ -58,6 +59,8 @@ inline std::vector<std::vector<int>> node_corners(ElementType type) {
       return corners(5);
     case ElementType::wedge6:
       return corners(6);
+    case ElementType::wedge15:
+      return with(6, {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 4}, {2, 5}, {3, 4}, {4, 5}, {5, 3}});
     case ElementType::hex8:
       return corners(8);
     case ElementType::hex20:
