@@ -95,7 +95,7 @@ void estimate_component(const ReduceCommand& command, const Scene& scene,
   const Mesh mesh = read_mesh(component);
   const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
   warn_of_blocks(component, block_provenance(mesh, properties), report);
-  warn_of_dropped(component, mesh, report);
+  warn_of_mesh(component, mesh, properties, report);
   if (has_shells(mesh)) refuse("shells (blocks.NAME.thickness): reduce the component");
   const std::vector<Index> domain = decompose(mesh, reduction.domains).domain;
   const Estimate e =

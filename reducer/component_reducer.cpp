@@ -133,7 +133,7 @@ void ComponentReducer::make(const Scene& scene, const Component& component, cons
     mesh = read_mesh(component);
   }
   const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
-  warn_of_dropped(component, mesh, report_);
+  warn_of_mesh(component, mesh, properties, report_);
   mass_ = {mass_of_superelement(component, mesh), rigid_body_of_geometry(mesh, properties),
            scene.time && scene.time->is_static};
   const auto p = provenance(scene, component, properties, mesh);

@@ -184,7 +184,7 @@ void add_reduce_options(CLI::App& app, ReduceCommand& command) {
       ->type_name("NU");
   mesh->add_option("--density", command.density, "mass per volume")->type_name("RHO");
   mesh->add_option("--element", command.element,
-                   "hex8-incompatible (default), hex8 or hex8-hourglass")
+                   "hex8-incompatible (default), hex8, hex8-hourglass or reduced (C3D20R, ...)")
       ->type_name("WORD");
   mesh->add_option(
           "--mass", command.mass,
@@ -273,7 +273,7 @@ Scene scene_of_mesh(const ReduceCommand& command) {
                   "a number between -1 and 0.5 (both excluded)"),
         number_in("--density", command.density, 0, INFINITY, "a positive number")};
   }
-  if (!command.element.empty()) component.element = parse_hex8_formulation(command.element);
+  if (!command.element.empty()) component.element = one_of("--element", command.element, hex_words);
   component.mass = one_of("--mass", command.mass, mass_words);
   ReductionOptions reduction = reduction_of(command);
   reduction.superelement =

@@ -21,6 +21,10 @@ void write(const SkinnedMesh& skinned, const std::filesystem::path& file, Report
     write_mesh(skinned.mesh, file);
   }
   for (const auto& note : skinned.notes) report.line(note);
+  for (const Block& block : skinned.mesh.blocks)
+    if (block.reduced)
+      report.warning(file.string() + ": cannot hold that block '" + block.name +
+                     "' has reduced integration: give it element: reduced in a scene");
   for (const auto& block : skinned.blocks)
     report.line(block.name + ": " + std::to_string(block.n_shells) + " shells (" +
                 std::string(name(block.kind)) + ") on " + std::to_string(block.n_nodes) + " nodes");

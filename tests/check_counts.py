@@ -14,10 +14,10 @@ BOUNDS = {
     "lines of product": 82468,
     "files of product": 628,
     "lines of python/cbr": 1950,
-    "lines of tests": 62847,
+    "lines of tests": 63124,
     "files of tests": 388,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
-    "lines with InputError(": 349,
+    "lines with InputError(": 348,
     "classes derived from Body": 4,
     "members of the largest class": 30,
 }

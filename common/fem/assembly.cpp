@@ -112,9 +112,11 @@ ElementMatrices element_matrices(const Mesh& mesh, const Block& block,
                                  const BlockProperties& properties, MassKind mass, Index e) {
   const Points X = element_points(mesh, block, e);
   const double rho = properties.material.density;
-  return {element_stiffness(block.type, properties.hex8, X, properties.material),
-          mass == MassKind::lumped ? Matrix(element_lumped_mass(block.type, X, rho))
-                                   : element_mass(block.type, X, rho)};
+  return {element_stiffness(block.type, properties.hex, X, properties.material),
+          mass == MassKind::lumped
+              ? Matrix(element_lumped_mass(block.type, X, rho))
+              : element_mass(block.type, X, rho,
+                             properties.reduced_mass ? properties.hex : HexFormulation::full)};
 }
 
 // Adds the columns that belong to thread t, so no two threads write to one place, and each sum has

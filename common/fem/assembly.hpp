@@ -13,7 +13,9 @@ namespace cbr {
 
 struct BlockProperties {
   Material material;
-  Hex8Formulation hex8 = Hex8Formulation::incompatible;
+  HexFormulation hex = HexFormulation::incompatible;
+  // Whether consistent mass has the points of `hex`, too: singular where these are reduced.
+  bool reduced_mass = false;
 };
 
 // The finite element model of a component, which assemble() leaves unconstrained. Dof 3 i + c is

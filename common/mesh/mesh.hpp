@@ -21,6 +21,9 @@ struct FileMaterial {
   double youngs_modulus = 0, poissons_ratio = 0, density = 0;
   std::string problem = {};  // why it is of no use: "has no *DENSITY"; empty: it is
   double alpha = 0, beta = 0, loss_factor = 0;  // *DAMPING: 1/s, s, K (1 + i loss_factor)
+  // Orthotropic: E_1 E_2 E_3 nu_12 nu_13 nu_23 G_12 G_13 G_23. Empty: isotropic.
+  std::vector<double> engineering_constants = {};
+  Vector3 axis = Vector3::UnitX(), in_plane = Vector3::UnitY();  // its axis 1; of the plane 1-2
 };
 
 struct Block {
@@ -30,6 +33,8 @@ struct Block {
   IndexTable connectivity;         // n_e x nodes per element, indices into Mesh::coordinates
   std::vector<Index> element_ids;  // n_e, unique in the mesh
   std::optional<FileMaterial> material = {};
+  // Whether the file asks for reduced integration (C3D8R, C3D15, C3D20R of .inp).
+  bool reduced = false;
   // Above 0: shells (tri3, quad4) that are structure, as the scene says; files do not have it.
   double thickness = 0;
 };

@@ -2,7 +2,7 @@
 #include "common/mesh/surface.hpp"
 
 #include <algorithm>
-#include <array>
+#include <map>
 
 #include "common/base/error.hpp"
 
@@ -64,17 +64,14 @@ std::vector<Index> surface_nodes(const Surface& surface) {
 }
 
 LinearFaces linear_faces(const Surface& surface) {
-  // Local nodes of the pieces; all keep the face's sense of rotation.
-  static const std::vector<std::array<int, 4>>
-      tri3 = {{0, 1, 2, 2}},
-      quad4 = {{0, 1, 2, 3}}, tri6 = {{0, 3, 5, 5}, {1, 4, 3, 3}, {2, 5, 4, 4}, {3, 4, 5, 5}},
-      quad8 = {{0, 4, 7, 7}, {1, 5, 4, 4}, {2, 6, 5, 5}, {3, 7, 6, 6}, {4, 5, 6, 7}},
-      quad9 = {{0, 4, 8, 7}, {4, 1, 5, 8}, {8, 5, 2, 6}, {7, 8, 6, 3}};
-  const auto& pieces = surface.kind == FaceKind::tri3    ? tri3
-                       : surface.kind == FaceKind::quad4 ? quad4
-                       : surface.kind == FaceKind::tri6  ? tri6
-                       : surface.kind == FaceKind::quad8 ? quad8
-                                                         : quad9;
+  // By the number of nodes: local nodes of the pieces; all keep the face's sense of rotation.
+  static const std::map<int, std::vector<std::vector<int>>> all = {
+      {3, {{0, 1, 2, 2}}},
+      {4, {{0, 1, 2, 3}}},
+      {6, {{0, 3, 5, 5}, {1, 4, 3, 3}, {2, 5, 4, 4}, {3, 4, 5, 5}}},
+      {8, {{0, 4, 7, 7}, {1, 5, 4, 4}, {2, 6, 5, 5}, {3, 7, 6, 6}, {4, 5, 6, 7}}},
+      {9, {{0, 4, 8, 7}, {4, 1, 5, 8}, {8, 5, 2, 6}, {7, 8, 6, 3}}}};
+  const auto& pieces = all.at(n_nodes(surface.kind));
   LinearFaces linear;
   linear.faces.resize(surface.n_faces() * static_cast<Index>(pieces.size()), 4);
   for (Index f = 0; f < surface.n_faces(); ++f)

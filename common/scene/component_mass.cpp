@@ -18,8 +18,8 @@ MassKind mass_of_superelement(const Component& component, const Mesh& mesh) {
 }
 
 bool is_spoilt_by_lumping(const std::string& element) {
-  return element == "hex20" || element == "tet10" || element == "wedge15" || element == "tri3" ||
-         element == "quad4";
+  return element.starts_with("hex20") || element == "tet10" || element.starts_with("wedge15") ||
+         element == "tri3" || element == "quad4";
 }
 
 }  // namespace cbr

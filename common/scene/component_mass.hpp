@@ -17,8 +17,8 @@ MassKind mass_of_mesh(const Component& component);
 // all others. Frequencies and harmonic response of full meshes have the same.
 MassKind mass_of_superelement(const Component& component, const Mesh& mesh);
 
-// Whether lumped mass spoils frequencies and inertia of such elements ("hex20", "tet10",
-// and shells, whose lumped rotary inertia is large).
+// Whether lumped mass spoils frequencies and inertia of such elements ("hex20", "hex20-reduced",
+// "tet10", and shells, whose lumped rotary inertia is large).
 bool is_spoilt_by_lumping(const std::string& element);
 
 }  // namespace cbr

@@ -49,21 +49,26 @@ std::string material_text(const Scene& scene, const std::string& material) {
          number_text(m.density);
 }
 
-std::string properties_text(const Scene& scene, const std::string& material,
-                            Hex8Formulation element) {
-  return material_text(scene, material) + " " + word_of(hex8_words, element);
+// Without an element a deck chooses it, by its letters.
+std::string properties_text(const Scene& scene, const Component& component,
+                            const Component::BlockOptions* block) {
+  const auto element = element_of(component, block);
+  return material_text(scene, block == nullptr || block->material.empty() ? component.material
+                                                                          : block->material) +
+         " " +
+         (element || !may_hold_materials(component.mesh)
+              ? word_of(hex_words, element.value_or(HexFormulation::incompatible))
+              : "of the deck");
 }
 
 // Names go in with their length, so that no two different inputs give the same text.
 std::string counted(const std::string& text) { return std::to_string(text.size()) + ":" + text; }
 
 std::string component_text(const Scene& scene, const Component& component) {
-  const std::string all_blocks = properties_text(scene, component.material, component.element);
+  const std::string all_blocks = properties_text(scene, component, nullptr);
   std::string text = "default " + all_blocks + "\n";
   for (const auto& [block, options] : component.blocks) {
-    const std::string properties =
-        properties_text(scene, options.material.empty() ? component.material : options.material,
-                        options.element.value_or(component.element));
+    const std::string properties = properties_text(scene, component, &options);
     if (properties != all_blocks) text += "block " + counted(block) + " " + properties + "\n";
     if (options.thickness)
       text += "shells " + counted(block) + " " + number_text(*options.thickness) + "\n";

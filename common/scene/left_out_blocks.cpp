@@ -2,6 +2,7 @@
 #include "common/scene/left_out_blocks.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 
@@ -14,14 +15,24 @@
 namespace cbr {
 namespace {
 
-std::vector<char> nodes_of_structure(const Mesh& mesh) {
-  std::vector<char> is_used(static_cast<std::size_t>(mesh.coordinates.rows()), 0);
+// Of each node: the number of elements of structure that have it.
+std::vector<Index> uses_of_nodes(const Mesh& mesh) {
+  std::vector<Index> uses(static_cast<std::size_t>(mesh.coordinates.rows()), 0);
   for (const Block& block : mesh.blocks) {
     if (!is_structure(block)) continue;
-    for (const Index node : block.connectivity.reshaped())
-      is_used[static_cast<std::size_t>(node)] = 1;
+    for (const Index node : block.connectivity.reshaped()) ++uses[static_cast<std::size_t>(node)];
   }
-  return is_used;
+  return uses;
+}
+
+// Whether a hex20 has four parallel edges that no other element has: it lies in a row.
+bool is_in_row(const std::vector<Index>& uses, const Block& block, Index e) {
+  for (const auto& edges : {std::array{8, 10, 16, 18}, {9, 11, 17, 19}, {12, 13, 14, 15}})
+    if (std::all_of(edges.begin(), edges.end(), [&](int i) {
+          return uses[static_cast<std::size_t>(block.connectivity(e, i))] == 1;
+        }))
+      return true;
+  return false;
 }
 
 // Nodesets with nodes that no solid has, such as a beam's, of whose elements a gmsh file leaves a
@@ -29,7 +40,7 @@ std::vector<char> nodes_of_structure(const Mesh& mesh) {
 std::vector<std::string> loose_nodesets(const Mesh& mesh) {
   std::vector<std::string> texts;
   if (mesh.nodesets.empty()) return texts;
-  const std::vector<char> is_of_solid = nodes_of_structure(mesh);
+  const std::vector<Index> is_of_solid = uses_of_nodes(mesh);
   for (const Nodeset& set : mesh.nodesets) {
     const auto loose = std::count_if(set.nodes.begin(), set.nodes.end(), [&](Index node) {
       return is_of_solid[static_cast<std::size_t>(node)] == 0;
@@ -44,7 +55,7 @@ std::vector<std::string> loose_nodesets(const Mesh& mesh) {
 // Such as the last elements of a file that is cut between two lines have left. A few reference
 // points are usual, and the warning counts nodes of nodesets among these.
 void add_unused_nodes(const Mesh& mesh, std::vector<std::string>& texts) {
-  std::vector<char> is_used = nodes_of_structure(mesh);
+  std::vector<Index> is_used = uses_of_nodes(mesh);
   for (const Nodeset& set : mesh.nodesets)
     for (const Index node : set.nodes) is_used[static_cast<std::size_t>(node)] = 1;
   const auto n = std::count(is_used.begin(), is_used.end(), 0),
@@ -62,8 +73,8 @@ constexpr double slowest = 10, fastest = 2e7;
 // Finite elements". Empty: no need.
 std::string cure_of_locking(const std::string& element, double ratio) {
   constexpr double round_off = 1e-9;
-  if (element.starts_with("hex8"))
-    return element != "hex8-hourglass" && ratio >= (element == "hex8" ? 0.49 : 0.499) - round_off
+  if (element == "hex8" || element == "hex8-incompatible")
+    return ratio >= (element == "hex8" ? 0.49 : 0.499) - round_off
                ? "element: hex8-hourglass, or a mesh of hex20 or hex27"
                : "";
   const bool locks = element == "tet4" || element == "wedge6" || element == "pyramid5";
@@ -154,9 +165,7 @@ std::map<std::string, std::string> block_provenance(
     for (const auto& [what, value] : material_provenance(m)) p[key + what] = value;
     if (const double thickness = mesh.blocks[b].thickness; thickness > 0)
       p[key + "thickness"] = number_text(thickness);
-    const ElementType type = mesh.blocks[b].type;
-    p[key + "element"] = type == ElementType::hex8 ? word_of(hex8_words, properties[b].hex8)
-                                                   : std::string(name(type));
+    p[key + "element"] = element_word(std::string(name(mesh.blocks[b].type)), properties[b].hex);
   }
   if (const std::string blocks = left_out_blocks(mesh); !blocks.empty()) p["left_out"] = blocks;
   return p;
@@ -199,10 +208,24 @@ void warn_of_blocks(const Component& component,
     warn_of_component(component, report, "block " + join(blocks) + ": " + what);
 }
 
-void warn_of_dropped(const Component& component, const Mesh& mesh, Report& report) {
-  if (mesh.dropped.empty()) return;
-  warn_of_component(component, report,
-                    component.mesh.filename().string() + ": not read: " + mesh.dropped);
+void warn_of_mesh(const Component& component, const Mesh& mesh,
+                  const std::vector<BlockProperties>& properties, Report& report) {
+  if (!mesh.dropped.empty())
+    warn_of_component(component, report,
+                      component.mesh.filename().string() + ": not read: " + mesh.dropped);
+  for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
+    const Block& block = mesh.blocks[b];
+    if (block.type != ElementType::hex20 || properties[b].hex != HexFormulation::reduced) continue;
+    const std::vector<Index> uses = uses_of_nodes(mesh);
+    Index n = 0;
+    for (Index e = 0; e < block.connectivity.rows(); ++e) n += is_in_row(uses, block, e);
+    if (n > 0)
+      warn_of_component(component, report,
+                        "block " + block.name + ": " + std::to_string(n) +
+                            " hex20 of reduced integration lie in rows of single elements, which "
+                            "have motions without stiffness: mesh two across, or give element: "
+                            "hex8, which integrates hex20 in full");
+  }
 }
 
 }  // namespace cbr

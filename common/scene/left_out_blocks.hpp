@@ -34,7 +34,9 @@ std::map<std::string, std::string> block_provenance(const Mesh& mesh,
 // incompressibility (isotropic materials alone). InputError as above.
 void warn_of_blocks(const Component& component,
                     const std::map<std::string, std::string>& provenance, Report& report);
-// Of what the component's file says and is not read (Mesh::dropped), if anything.
-void warn_of_dropped(const Component& component, const Mesh& mesh, Report& report);
+// Of what the component's file says and is not read (Mesh::dropped), and of hex20 of reduced
+// integration in rows, if there are any.
+void warn_of_mesh(const Component& component, const Mesh& mesh,
+                  const std::vector<BlockProperties>& properties, Report& report);
 
 }  // namespace cbr

@@ -53,21 +53,62 @@ Matrix3 axis_rotation(int a, double degrees) {
   return R;
 }
 
+// Why the material cannot be used; empty: it can.
+std::string problem_of(const FileMaterial& m, const std::optional<Orthotropy>& orthotropy) {
+  if (!m.problem.empty()) return m.problem;
+  if (const std::size_t n = m.engineering_constants.size(); n > 0 && n < 9)
+    return "has " + std::to_string(n) + " of nine engineering constants";
+  if (orthotropy && !is_definite(*orthotropy))
+    return "has engineering constants with which strains exist that give energy";
+  if (orthotropy && !material_axes(m.axis, m.in_plane))
+    return "has an *ORIENTATION whose points are zero or on one line";
+  if (!orthotropy && !(m.youngs_modulus > 0)) return "has no positive Young's modulus";
+  if (!(m.poissons_ratio > -1 && m.poissons_ratio < 0.5))
+    return "has a Poisson's ratio that is not between -1 and 0.5";
+  return m.density > 0 ? "" : "has no positive density";
+}
+
+std::optional<Orthotropy> orthotropy_of(const FileMaterial& m) {
+  const std::vector<double>& c = m.engineering_constants;
+  if (c.size() < 9) return {};
+  return Orthotropy{{c[0], c[1], c[2]},
+                    {c[3], c[5], c[4]},
+                    {c[6], c[8], c[7]},
+                    material_axes(m.axis, m.in_plane).value_or(Matrix3::Identity())};
+}
+
 Material material_of_file(const FileMaterial& m, const Component& component, const Block& block) {
-  std::string problem = m.problem;
-  if (problem.empty() && !(m.youngs_modulus > 0)) problem = "has no positive Young's modulus";
-  if (problem.empty() && !(m.poissons_ratio > -1 && m.poissons_ratio < 0.5))
-    problem = "has a Poisson's ratio that is not between -1 and 0.5";
-  if (problem.empty() && !(m.density > 0)) problem = "has no positive density";
-  if (!problem.empty())
+  const std::optional<Orthotropy> orthotropy = orthotropy_of(m);
+  if (const std::string problem = problem_of(m, orthotropy); !problem.empty())
     throw InputError(component.mesh.string() + ": material '" + m.name + "' of block '" +
                      block.name + "' " + problem + ": give component '" + component.name +
                      "' a material in the scene");
-  return {
-      .youngs_modulus = m.youngs_modulus, .poissons_ratio = m.poissons_ratio, .density = m.density};
+  return {orthotropy ? orthotropy->youngs_moduli.mean() : m.youngs_modulus, m.poissons_ratio,
+          m.density, orthotropy};
 }
 
 }  // namespace
+
+std::optional<Matrix3> material_axes(const Vector3& axis, const Vector3& in_plane) {
+  // Axes that are orthonormal to round-off stay as they are: a scene that is passed on means the
+  // same material to the last bit.
+  constexpr double round_off = 1e-14, parallel = 1e-6;
+  const auto unit = [](const Vector3& v) {
+    return std::abs(v.norm() - 1) < round_off ? v : Vector3(v / v.norm());
+  };
+  const Vector3 first = unit(axis), given = unit(in_plane);
+  const double along = first.dot(given);
+  if (!(std::abs(along) < 1 - parallel)) return {};
+  const Vector3 second = std::abs(along) < round_off ? given : unit(given - along * first);
+  Matrix3 axes;
+  axes << first.transpose(), second.transpose(), first.cross(second).transpose();
+  return axes;
+}
+
+std::optional<HexFormulation> element_of(const Component& component,
+                                         const Component::BlockOptions* block) {
+  return block != nullptr && block->element ? block->element : component.element;
+}
 
 std::string SourceLine::text() const { return line > 0 ? file + ":" + std::to_string(line) : file; }
 
@@ -294,8 +335,9 @@ std::vector<BlockProperties> block_properties(const Scene& scene, const Componen
     const std::string& material =
         options != nullptr && !options->material.empty() ? options->material : component.material;
     BlockProperties block_property;
-    block_property.hex8 =
-        options != nullptr ? options->element.value_or(component.element) : component.element;
+    const std::optional<HexFormulation> element = element_of(component, options);
+    block_property.hex =
+        element.value_or(block.reduced ? HexFormulation::reduced : HexFormulation::incompatible);
     const auto known = scene.materials.find(material);
     if (known != scene.materials.end()) {
       block_property.material = known->second;

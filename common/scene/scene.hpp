@@ -132,12 +132,13 @@ struct Component {
   std::string material;        // default of all blocks; may be empty when every block names one
   struct BlockOptions {
     std::string material;
-    std::optional<Hex8Formulation> element;
+    std::optional<HexFormulation> element;
     std::optional<double> thickness = {};  // of shells, which are structure then
     SourceLine source;
   };
   std::map<std::string, BlockOptions> blocks;
-  Hex8Formulation element = Hex8Formulation::incompatible;
+  // Of all blocks. Not given: as the mesh file says (Block::reduced), else `incompatible`.
+  std::optional<HexFormulation> element;
   std::optional<MassKind> mass;  // not given: by use and element, common/scene/component_mass.hpp
   std::optional<ReductionOptions> reduction;
   // False: key `superelement`, a file that is used as it is. There is no mesh, material or element
@@ -432,6 +433,13 @@ void mark_shells(const Component& component, Mesh& mesh);
 // along their normals and BLOCK.back turned over, and their edges nodesets. InputError: as
 // read_mesh() of the file, and as above.
 Mesh read_mesh(const Component& component);
+
+// Key `element` of the block, else of the component.
+std::optional<HexFormulation> element_of(const Component& component,
+                                         const Component::BlockOptions* block);
+// Orthotropy::axes from axis 1 and a vector of the plane 1-2, of any length; none if they are zero
+// or parallel.
+std::optional<Matrix3> material_axes(const Vector3& axis, const Vector3& in_plane);
 
 // One per mesh block. InputError: a block named in the scene that the mesh does not have; a block
 // without a material.

@@ -15,10 +15,10 @@ namespace cbr {
 template <typename Value>
 using Words = std::vector<std::pair<std::string, Value>>;
 
-inline const Words<Hex8Formulation> hex8_words = {
-    {"hex8", Hex8Formulation::full},
-    {"hex8-incompatible", Hex8Formulation::incompatible},
-    {"hex8-hourglass", Hex8Formulation::hourglass}};
+inline const Words<HexFormulation> hex_words = {{"hex8", HexFormulation::full},
+                                                {"hex8-incompatible", HexFormulation::incompatible},
+                                                {"hex8-hourglass", HexFormulation::hourglass},
+                                                {"reduced", HexFormulation::reduced}};
 inline const Words<std::optional<MassKind>> mass_words = {
     {"auto", std::nullopt}, {"lumped", MassKind::lumped}, {"consistent", MassKind::consistent}};
 inline const Words<Basis> basis_words = {{"craig-bampton", Basis::craig_bampton},
@@ -73,6 +73,15 @@ std::string word_of(const Words<Value>& words, Value value) {
   }
   assert(false);
   return "";
+}
+
+// Of an element in provenance: "hex8-hourglass", "hex20-reduced"; of a type without a choice its
+// name.
+inline std::string element_word(const std::string& type, HexFormulation hex) {
+  const bool is_hex8 = type == "hex8";
+  if (hex == HexFormulation::reduced && (is_hex8 || type == "hex20" || type == "wedge15"))
+    return type + "-reduced";
+  return is_hex8 ? word_of(hex_words, hex) : type;
 }
 
 // Of a word that is not among them: nothing.

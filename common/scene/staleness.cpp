@@ -75,9 +75,11 @@ void compare_blocks(const Scene& scene, const Component& component, const Proven
     const auto material =
         scene.materials.find(own && !own->material.empty() ? own->material : component.material);
     if (what == "element") {
-      const std::string word =
-          word_of(hex8_words, own ? own->element.value_or(component.element) : component.element);
-      if (in_file.starts_with("hex8")) differences.add("element of block " + block, in_file, word);
+      const auto default_element =
+          in_file.ends_with("reduced") ? HexFormulation::reduced : HexFormulation::incompatible;
+      differences.add("element of block " + block, in_file,
+                      element_word(in_file.substr(0, in_file.find('-')),
+                                   element_of(component, own).value_or(default_element)));
     } else if (what == "thickness") {
       differences.add("thickness of block " + block, in_file,
                       own && own->thickness ? number_text(*own->thickness) : "none");

@@ -17,26 +17,6 @@
 namespace cbr {
 namespace {
 
-ElementType type_of(const std::string& topology) {
-  using enum ElementType;
-  static const std::map<std::string, ElementType> types = {
-      {"Tetrahedron", tet4},    {"Tetrahedron_10", tet10},  {"Pyramid", pyramid5},
-      {"Wedge", wedge6},        {"Wedge_15", wedge15},      {"Hexahedron", hex8},
-      {"Hexahedron_20", hex20}, {"Triangle", tri3},         {"Triangle_6", tri6},
-      {"Quadrilateral", quad4}, {"Quadrilateral_8", quad8}, {"Quadrilateral_9", quad9}};
-  return types.at(topology);
-}
-
-// Reorders nodes from VTK to Exodus, which has the upright mid-edges before the upper ones.
-IndexTable exodus_order(const IndexTable& cells, ElementType type) {
-  if (type != ElementType::hex20 && type != ElementType::wedge15) return cells;
-  const Index n = n_corners(type) / 2, first = cells.cols() - 2 * n;
-  IndexTable out = cells;
-  out.middleCols(first, n) = cells.rightCols(n);
-  out.rightCols(n) = cells.middleCols(first, n);
-  return out;
-}
-
 // Makes the ids of all lists unique and readable: adds a multiple, the list's number, of a power of
 // ten above all ids. A list with repeated ids (an element with two faces) is numbered from 1. If
 // ids get too large, all are numbered consecutively.
@@ -94,8 +74,10 @@ class ExodusGrids {
       Block block;
       block.name = names.insert(grid.name).second ? grid.name : grid.name + "." + grid.topology;
       block.id = static_cast<Index>(g) + 1;
-      block.type = type_of(grid.topology);
-      block.connectivity = exodus_order(grid.cells, block.type).array() + first_point_[set_of_[g]];
+      block.type = std::find_if(xdmf_words.begin(), xdmf_words.end(), [&](const auto& entry) {
+                     return entry.second == grid.topology;
+                   })->first;
+      block.connectivity = vtk_order(grid.cells, block.type).array() + first_point_[set_of_[g]];
       const auto first =
           element_ids[set_of_[g]].begin() + static_cast<std::ptrdiff_t>(used[set_of_[g]]);
       block.element_ids.assign(first, first + grid.cells.rows());

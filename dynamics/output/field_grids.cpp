@@ -12,55 +12,6 @@
 namespace cbr {
 namespace {
 
-struct Cell {
-  const char* topology;
-  std::vector<int> order;  // node i in VTK's order is node order[i] here
-};
-
-// Exodus numbers the upright mid-edges before the upper ones, VTK after them. A hex27 is shown by
-// its first 20 nodes.
-Cell cell_of(ElementType type) {
-  switch (type) {
-    case ElementType::tri3:
-      return {"Triangle", {0, 1, 2}};
-    case ElementType::quad4:
-      return {"Quadrilateral", {0, 1, 2, 3}};
-    case ElementType::tet4:
-      return {"Tetrahedron", {0, 1, 2, 3}};
-    case ElementType::tet10:
-      return {"Tetrahedron_10", {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}};
-    case ElementType::pyramid5:
-      return {"Pyramid", {0, 1, 2, 3, 4}};
-    case ElementType::wedge6:
-      return {"Wedge", {0, 1, 2, 3, 4, 5}};
-    case ElementType::wedge15:
-      return {"Wedge_15", {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11}};
-    case ElementType::hex8:
-      return {"Hexahedron", {0, 1, 2, 3, 4, 5, 6, 7}};
-    case ElementType::hex20:
-    case ElementType::hex27:
-      return {"Hexahedron_20",
-              {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 16, 17, 18, 19, 12, 13, 14, 15}};
-    default:
-      return {"", {}};
-  }
-}
-
-const char* topology_of(FaceKind kind) {
-  switch (kind) {
-    case FaceKind::tri3:
-      return "Triangle";
-    case FaceKind::tri6:
-      return "Triangle_6";
-    case FaceKind::quad8:
-      return "Quadrilateral_8";
-    case FaceKind::quad9:
-      return "Quadrilateral_9";
-    default:
-      return "Quadrilateral";
-  }
-}
-
 // All surface faces of one kind, without repetition, and the elements that they belong to.
 IndexTable faces_of_kind(const Geometry& geometry, FaceKind kind, std::vector<Index>& element) {
   std::set<std::vector<Index>> seen;
@@ -94,12 +45,13 @@ bool is_stress_wanted(const Scene& scene) {
 
 void add_interface_grids(const BuiltScene::OfInstance& of, const FieldGrid& empty,
                          std::vector<FieldGrid>& grids) {
-  for (const FaceKind kind :
-       {FaceKind::tri3, FaceKind::quad4, FaceKind::tri6, FaceKind::quad8, FaceKind::quad9}) {
+  using enum ElementType;
+  for (const ElementType type : {tri3, quad4, tri6, quad8, quad9}) {
     FieldGrid grid = empty;
-    grid.cells = faces_of_kind(*of.geometry, kind, grid.element_ids);
+    grid.cells =
+        faces_of_kind(*of.geometry, static_cast<FaceKind>(n_nodes(type)), grid.element_ids);
     grid.name = of.name + ".interface";
-    grid.topology = topology_of(kind);
+    grid.topology = xdmf_words.at(type);
     if (grid.cells.rows() > 0) grids.push_back(std::move(grid));
   }
 }
@@ -112,21 +64,15 @@ void add_block_grids(const BuiltScene::OfInstance& of, FieldGrid grid,
       grid.part >= 0 && of.parts.size() > 1 ? ".domain" + std::to_string(grid.part + 1) : "";
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     const Block& block = blocks[b];
-    const Cell cell = cell_of(block.type);
-    const bool is_left_out = of.mesh && !is_structure(block);
-    if (is_left_out || cell.order.empty() || block.connectivity.rows() == 0) continue;
+    if ((of.mesh && !is_structure(block)) || block.connectivity.rows() == 0) continue;
     grid.name = of.name + part + "." + block.name;
-    grid.topology = cell.topology;
+    grid.topology = xdmf_words.at(block.type);
     grid.block = &block;
     grid.properties = properties[b];
     grid.element_ids = block.element_ids;
-    grid.cells.resize(block.connectivity.rows(), static_cast<Index>(cell.order.size()));
-    for (Index e = 0; e < grid.cells.rows(); ++e) {
-      for (Index a = 0; a < grid.cells.cols(); ++a) {
-        const Index node = block.connectivity(e, cell.order[a]);
-        grid.cells(e, a) = of.mesh ? of.body_node[node] : node;
-      }
-    }
+    grid.cells = vtk_order(block.connectivity, block.type);
+    if (of.mesh)
+      grid.cells = grid.cells.unaryExpr([&](Index node) { return of.body_node[node]; }).eval();
     grids.push_back(grid);
   }
 }
@@ -183,6 +129,15 @@ void add_instance_grids(const Scene& scene, const BuiltScene& built, Index i, Re
 }
 
 }  // namespace
+
+IndexTable vtk_order(const IndexTable& nodes, ElementType type) {
+  const Index corners = n_corners(type), n = corners / 2, first = corners + n;
+  if (corners < 6 || n_nodes(type) == corners) return nodes;
+  IndexTable out = nodes.leftCols(first + 2 * n);
+  out.middleCols(first, n) = nodes.middleCols(first + n, n);
+  out.rightCols(n) = nodes.middleCols(first, n);
+  return out;
+}
 
 std::vector<std::string> datasets_of(const std::string& field) {
   if (!is_stress(field)) return {field};

@@ -2,6 +2,7 @@
 // Grids of the field output: cells of meshes and recovered interiors, and faces of superelements.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,20 @@
 #include "dynamics/setup/built/built_scene.hpp"
 
 namespace cbr {
+
+// XDMF's words of cells. A hex27 is shown by its first 20 nodes.
+inline const std::map<ElementType, std::string> xdmf_words = {
+    {ElementType::tri3, "Triangle"},         {ElementType::tri6, "Triangle_6"},
+    {ElementType::quad4, "Quadrilateral"},   {ElementType::quad8, "Quadrilateral_8"},
+    {ElementType::quad9, "Quadrilateral_9"}, {ElementType::tet4, "Tetrahedron"},
+    {ElementType::tet10, "Tetrahedron_10"},  {ElementType::pyramid5, "Pyramid"},
+    {ElementType::wedge6, "Wedge"},          {ElementType::wedge15, "Wedge_15"},
+    {ElementType::hex8, "Hexahedron"},       {ElementType::hex20, "Hexahedron_20"},
+    {ElementType::hex27, "Hexahedron_20"}};
+
+// Cells (e x n) from Exodus' order of nodes to VTK's, and back: Exodus has the upright mid-edges of
+// hexes and wedges before the upper ones.
+IndexTable vtk_order(const IndexTable& nodes, ElementType type);
 
 // One grid of the file: part of an instance with one kind of cell. Points are undeformed positions
 // in the scene's axes; displacement is relative to them.

@@ -217,7 +217,7 @@ Matrix FieldWriter::stresses(const FieldGrid& grid, const Motion& motion) const 
       u_e.row(a) = u.row(node) * T;
     }
     out.row(e) =
-        element_stress(grid.block->type, grid.properties.hex8, X, grid.properties.material, u_e)
+        element_stress(grid.block->type, grid.properties.hex, X, grid.properties.material, u_e)
             .transpose();
   }
   return stress_values(turned_stress(out, motion.turn ? Matrix3(*motion.turn * T) : T));

@@ -55,7 +55,7 @@ class StressRows {
       const Points X = elements_.element_points(group, e);
       each_motion(group, e, [&](Index column, const Points& u) {
         add(rows_, column,
-            element_stress(group.type, group.properties.hex8, X, group.properties.material, u));
+            element_stress(group.type, group.properties.hex, X, group.properties.material, u));
       });
       watch.ids.push_back(id);
       rows_ += 6;
@@ -110,7 +110,7 @@ class StressRows {
     const Points X = elements_.element_points(group, e);
     each_motion(group, e, [&](Index column, const Points& u) {
       const Matrix stress =
-          element_nodal_stress(group.type, group.properties.hex8, X, group.properties.material, u);
+          element_nodal_stress(group.type, group.properties.hex, X, group.properties.material, u);
       for (const auto& [a, row] : wanted) add(row, column, stress.row(a));
     });
   }

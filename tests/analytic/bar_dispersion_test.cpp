@@ -13,7 +13,7 @@
 namespace cbr::test::bar_dispersion_test {
 namespace {
 
-class BarDispersion : public testing::TestWithParam<std::tuple<Hex8Formulation, MassKind>> {};
+class BarDispersion : public testing::TestWithParam<std::tuple<HexFormulation, MassKind>> {};
 
 TEST_P(BarDispersion, DiscreteModesAreTheChains) {
   const auto [formulation, mass] = GetParam();
@@ -35,9 +35,9 @@ TEST_P(BarDispersion, DiscreteModesAreTheChains) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, BarDispersion,
-                         testing::Combine(testing::Values(Hex8Formulation::full,
-                                                          Hex8Formulation::incompatible,
-                                                          Hex8Formulation::hourglass),
+                         testing::Combine(testing::Values(HexFormulation::full,
+                                                          HexFormulation::incompatible,
+                                                          HexFormulation::hourglass),
                                           testing::Values(MassKind::consistent, MassKind::lumped)));
 
 }  // namespace

@@ -27,7 +27,7 @@ void expect_digits(const Vector& hz, const std::vector<double>& khz) {
 
 Vector fine_hex8(const Support& fixed, Index k) {
   const Mesh mesh = box_mesh(ElementType::hex8, {20, 10, 15}, size);
-  return frequencies(mesh, {material, Hex8Formulation::full}, MassKind::consistent, fixed, k);
+  return frequencies(mesh, {material, HexFormulation::full}, MassKind::consistent, fixed, k);
 }
 
 const std::vector<double> ritz_free = {129.162, 163.185, 191.942, 227.808, 241.383, 245.744,

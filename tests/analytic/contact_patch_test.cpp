@@ -66,7 +66,7 @@ Half half(ElementType type, std::array<Index, 3> cells, double share, double flo
   h.mesh =
       box_mesh(type, cells, Vector3::Ones(), [&](const Vector3& x) { return distorted(x, share); });
   h.mesh.coordinates.col(2).array() += floor;
-  h.model = assemble(h.mesh, {{material, Hex8Formulation::incompatible}}, MassKind::lumped);
+  h.model = assemble(h.mesh, {{material, HexFormulation::incompatible}}, MassKind::lumped);
   h.dofs = free_dofs(h.mesh, h.model, [](const Vector3& x, int c) { return x[c] < 1e-9; });
   const auto& x = h.mesh.coordinates;
   h.exact = x * (0.3 * pressure / E);
@@ -181,11 +181,12 @@ TEST(ContactPatch, NodesAgainstFacesDoNot) {
 // Faces of second order, whole: the multipliers are linear, what they act on is not.
 TEST(ContactPatch, MortarStrainsElementsOfSecondOrderUniformly) {
   const std::vector<Meshes> quadratic = {
-      {hex20, hex20, {2, 2, 1}, {3, 3, 1}, 0},   {hex20, hex20, {2, 2, 1}, {3, 3, 1}, 0.2},
-      {hex20, hex8, {2, 2, 1}, {3, 3, 1}, 0.2},  {tet10, tet10, {2, 2, 1}, {3, 3, 1}, 0.2},
-      {tet10, hex20, {2, 2, 2}, {3, 3, 1}, 0.2}, {tet10, hex8, {3, 2, 1}, {2, 4, 1}, 0.2},
-      {hex20, hex20, {2, 2, 1}, {2, 2, 1}, 0.2}, {hex27, hex27, {2, 2, 1}, {3, 3, 1}, 0.2},
-      {hex27, hex8, {2, 2, 1}, {3, 3, 1}, 0.2},  {hex27, tet10, {2, 2, 1}, {3, 3, 1}, 0.2}};
+      {hex20, hex20, {2, 2, 1}, {3, 3, 1}, 0},    {hex20, hex20, {2, 2, 1}, {3, 3, 1}, 0.2},
+      {hex20, hex8, {2, 2, 1}, {3, 3, 1}, 0.2},   {tet10, tet10, {2, 2, 1}, {3, 3, 1}, 0.2},
+      {tet10, hex20, {2, 2, 2}, {3, 3, 1}, 0.2},  {tet10, hex8, {3, 2, 1}, {2, 4, 1}, 0.2},
+      {hex20, hex20, {2, 2, 1}, {2, 2, 1}, 0.2},  {hex27, hex27, {2, 2, 1}, {3, 3, 1}, 0.2},
+      {hex27, hex8, {2, 2, 1}, {3, 3, 1}, 0.2},   {hex27, tet10, {2, 2, 1}, {3, 3, 1}, 0.2},
+      {wedge15, hex20, {2, 2, 1}, {3, 3, 1}, 0.2}};
   for (const Meshes& meshes : quadratic) {
     for (const bool slave_is_upper : {false, true}) {
       const Patch patch = solve(meshes, slave_is_upper, detect_mortar);

@@ -162,7 +162,7 @@ void row(int r, const char* mesh_name, const char* name, MeshForces::Variant var
 
 void rows(int r, const Options& options, double dgemm) {
   const cbr::Material steel{5.17e12, 0.3, 7836};
-  const std::vector<cbr::BlockProperties> properties{{steel, cbr::Hex8Formulation::incompatible}};
+  const std::vector<cbr::BlockProperties> properties{{steel, cbr::HexFormulation::incompatible}};
   const cbr::Mesh hexes =
       cbr::test::brick({20 * r, 10 * r, 15 * r}, cbr::Vector3(0.0508, 0.0254, 0.0381));
   cbr::Mesh distorted = hexes;

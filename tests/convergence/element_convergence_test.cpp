@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "common/fem/elements/reference_element.hpp"
+#include "common/scene/scene_words.hpp"
 #include "tests/support/solve.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
@@ -18,14 +19,13 @@ using std::numbers::pi;
 
 struct Case {
   ElementType type;
-  Hex8Formulation hex8;
+  HexFormulation hex;
   int degree;
   Index coarse;  // cells along an edge; the fine mesh has twice as many
 };
 
 void PrintTo(const Case& c, std::ostream* out) {
-  *out << name(c.type);
-  if (c.type == ElementType::hex8) *out << ' ' << name(c.hex8);
+  *out << element_word(std::string(name(c.type)), c.hex);
 }
 
 const Material material = {1, 0.3, 1};
@@ -42,7 +42,7 @@ bool on_face(const Vector3& x, int c) { return x(c) < 1e-9 || x(c) > box(c) - 1e
 
 class Convergence : public testing::TestWithParam<Case> {
  protected:
-  BlockProperties properties() const { return {material, GetParam().hex8}; }
+  BlockProperties properties() const { return {material, GetParam().hex, true}; }
   Mesh mesh(Index n) const { return box_mesh(GetParam().type, {n, n, n}, box, warp); }
 };
 
@@ -117,17 +117,19 @@ TEST_P(Convergence, Frequencies) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Elements, Convergence,
-                         testing::Values(Case{ElementType::tet4, Hex8Formulation::full, 1, 6},
-                                         Case{ElementType::pyramid5, Hex8Formulation::full, 1, 5},
-                                         Case{ElementType::wedge6, Hex8Formulation::full, 1, 6},
-                                         Case{ElementType::hex8, Hex8Formulation::full, 1, 6},
-                                         Case{ElementType::hex8, Hex8Formulation::incompatible, 1,
+                         testing::Values(Case{ElementType::tet4, HexFormulation::full, 1, 6},
+                                         Case{ElementType::pyramid5, HexFormulation::full, 1, 5},
+                                         Case{ElementType::wedge6, HexFormulation::full, 1, 6},
+                                         Case{ElementType::hex8, HexFormulation::full, 1, 6},
+                                         Case{ElementType::hex8, HexFormulation::incompatible, 1,
                                               6},
-                                         Case{ElementType::hex8, Hex8Formulation::hourglass, 1, 6},
-                                         Case{ElementType::tet10, Hex8Formulation::full, 2, 4},
-                                         Case{ElementType::hex20, Hex8Formulation::full, 2, 3},
-                                         Case{ElementType::wedge15, Hex8Formulation::full, 2, 3},
-                                         Case{ElementType::hex27, Hex8Formulation::full, 2, 3}));
+                                         Case{ElementType::hex8, HexFormulation::hourglass, 1, 6},
+                                         Case{ElementType::hex8, HexFormulation::reduced, 1, 12},
+                                         Case{ElementType::tet10, HexFormulation::full, 2, 4},
+                                         Case{ElementType::hex20, HexFormulation::full, 2, 3},
+                                         Case{ElementType::hex20, HexFormulation::reduced, 2, 3},
+                                         Case{ElementType::wedge15, HexFormulation::full, 2, 3},
+                                         Case{ElementType::hex27, HexFormulation::full, 2, 3}));
 
 }  // namespace
 }  // namespace cbr::test::element_convergence_test

@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
   options.modes = 6;
   options.recovery = true;
   const BlockProperties steel{{.youngs_modulus = 2e11, .poissons_ratio = 0.3, .density = 7800},
-                              Hex8Formulation::incompatible};
+                              HexFormulation::incompatible};
   Report report("make_reference", Verbosity::normal);
   Superelement superelement = reduce(mesh, {steel}, MassKind::lumped, options, {}, report);
   superelement.content_hash = "00000000000000000000000000000001";

@@ -38,7 +38,7 @@ DenseModel dense_model(const Mesh& mesh, const std::vector<BlockProperties>& pro
       const std::vector<Index> nodes(block.connectivity.row(e).begin(),
                                      block.connectivity.row(e).end());
       const Points X = mesh.coordinates(nodes, Eigen::all);
-      const Matrix K = element_stiffness(block.type, properties[b].hex8, X, properties[b].material);
+      const Matrix K = element_stiffness(block.type, properties[b].hex, X, properties[b].material);
       const Matrix M =
           mass == MassKind::lumped
               ? Matrix(

@@ -7,6 +7,7 @@
 
 #include "common/fem/elements/shell.hpp"
 #include "common/linalg/dense.hpp"
+#include "common/scene/scene_words.hpp"
 #include "dynamics/setup/components/geometry.hpp"
 
 namespace cbr::test {
@@ -16,7 +17,7 @@ std::vector<BlockProperties> properties(const RandomBody& b) {
   std::vector<BlockProperties> list;
   for (const Block& block : b.mesh.blocks)
     list.push_back(
-        {block.name.rfind("low", 0) == 0 ? b.low : b.high, parse_hex8_formulation(b.element)});
+        {block.name.rfind("low", 0) == 0 ? b.low : b.high, *value_of(hex_words, b.element)});
   return list;
 }
 

@@ -15,6 +15,12 @@ Matrix3 normal_stiffness(const Orthotropy& of) {
   return compliance.inverse();
 }
 
+bool is_definite(const Orthotropy& of) {
+  const Matrix3 normal = normal_stiffness(of);
+  return of.youngs_moduli.minCoeff() > 0 && of.shear_moduli.minCoeff() > 0 && normal(0, 0) > 0 &&
+         normal.topLeftCorner<2, 2>().determinant() > 0 && normal.determinant() > 0;
+}
+
 namespace isoparametric {
 namespace {
 

@@ -2,10 +2,8 @@
 #include "common/fem/elements/element.hpp"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 
-#include "common/base/error.hpp"
 #include "common/fem/elements/hex8.hpp"
 #include "common/fem/elements/isoparametric.hpp"
 
@@ -15,63 +13,48 @@ namespace {
 using isoparametric::Nodes;
 using isoparametric::with_node_count;
 
-constexpr std::array<std::string_view, 3> formulation_names = {"hex8", "hex8-incompatible",
-                                                               "hex8-hourglass"};
-
-// weight det J at each point of a table; the weights of corner tables are zero and count as one.
-template <int n>
-Vector determinants(const Nodes<n>& X, const ShapeTable& table) {
-  Vector det(table.size());
-  for (Index q = 0; q < table.size(); ++q) {
-    const auto p = static_cast<std::size_t>(q);
-    det(q) = isoparametric::jacobian<n>(X, table.dN[p]).determinant();
-  }
-  return det;
+// weight det J at the points of a rule
+Vector point_volumes(ElementType type, const Points& X, const ShapeTable& table) {
+  return with_node_count(type, [&](auto n) -> Vector {
+    const auto local = isoparametric::local_coordinates<n()>(X);
+    Vector volume(table.size());
+    for (Index q = 0; q < table.size(); ++q) {
+      const auto p = static_cast<std::size_t>(q);
+      volume(q) = table.weight[p] * isoparametric::jacobian<n()>(local, table.dN[p]).determinant();
+    }
+    return volume;
+  });
 }
 
-// weight det J at the points of the mass's rule
-Vector mass_volumes(ElementType type, const Points& X) {
-  const ShapeTable& table = reference_element(type).mass;
-  const Eigen::Map<const Vector> weight(table.weight.data(), table.size());
-  return with_node_count(type, [&](auto n) -> Vector {
-    return weight.cwiseProduct(determinants<n()>(isoparametric::local_coordinates<n()>(X), table));
-  });
+// The rule of reduced integration if the element has it, else `full`.
+const ShapeTable& integration_points(ElementType type, HexFormulation hex, const ShapeTable& full) {
+  const ShapeTable& reduced = reference_element(type).reduced;
+  return hex == HexFormulation::reduced && reduced.size() > 0 ? reduced : full;
 }
 
 bool is_quadratic(ElementType type) { return n_nodes(type) > n_corners(type); }
 
 }  // namespace
 
-Hex8Formulation parse_hex8_formulation(std::string_view text) {
-  for (std::size_t i = 0; i < formulation_names.size(); ++i)
-    if (formulation_names[i] == text) return static_cast<Hex8Formulation>(i);
-  const std::vector<std::string> allowed(formulation_names.begin(), formulation_names.end());
-  throw InputError("element: '" + std::string(text) +
-                   "' is not a formulation of 8-node hexes: use one of " + join(allowed) +
-                   nearest_name(std::string(text), allowed));
-}
-
-std::string_view name(Hex8Formulation formulation) {
-  return formulation_names[static_cast<std::size_t>(formulation)];
-}
-
-Matrix element_stiffness(ElementType type, Hex8Formulation hex8, const Points& X,
+Matrix element_stiffness(ElementType type, HexFormulation hex, const Points& X,
                          const Material& material) {
-  if (type == ElementType::hex8 && hex8 != Hex8Formulation::full) {
+  if (type == ElementType::hex8 && hex != HexFormulation::full) {
     const auto local = isoparametric::local_coordinates<8>(X);
-    return hex8 == Hex8Formulation::incompatible ? hex8_incompatible_stiffness(local, material)
-                                                 : hex8_hourglass_stiffness(local, material);
+    if (hex == HexFormulation::incompatible) return hex8_incompatible_stiffness(local, material);
+    return hex8_hourglass_stiffness(local, material, hourglass_coefficient(hex));
   }
+  const ShapeTable& table = integration_points(type, hex, reference_element(type).stiffness);
   return with_node_count(type, [&](auto n) -> Matrix {
     const auto local = isoparametric::local_coordinates<n()>(X);
-    const auto A = isoparametric::gradients<n()>(local, reference_element(type).stiffness);
+    const auto A = isoparametric::gradients<n()>(local, table);
     return isoparametric::elastic_stiffness<n()>(A, isoparametric::Elasticity(material));
   });
 }
 
-Matrix element_mass(ElementType type, const Points& X, double density) {
-  const Matrix& N = reference_element(type).mass.N;
-  const Vector volume = mass_volumes(type, X);
+Matrix element_mass(ElementType type, const Points& X, double density, HexFormulation hex) {
+  const ShapeTable& table = integration_points(type, hex, reference_element(type).mass);
+  const Matrix& N = table.N;
+  const Vector volume = point_volumes(type, X, table);
   // M_ij = rho sum_q w det J N_i N_j   (n x n), the lower triangle mirrored
   Matrix M(N.rows(), N.rows());
   for (Index j = 0; j < M.cols(); ++j)
@@ -85,7 +68,7 @@ Matrix element_mass(ElementType type, const Points& X, double density) {
 
 Vector element_lumped_mass(ElementType type, const Points& X, double density) {
   const Matrix& N = reference_element(type).mass.N;
-  const Vector volume = mass_volumes(type, X);
+  const Vector volume = point_volumes(type, X, reference_element(type).mass);
   Vector m = Vector::Zero(N.rows());
   // Row sums are sum_q w det J N_i; those of quadratic elements may be negative, the diagonal sum_q
   // w det J N_i^2 cannot.
@@ -125,15 +108,15 @@ double element_quality(ElementType type, const Points& X) {
   });
 }
 
-Eigen::Matrix<double, 6, 1> element_stress(ElementType type, Hex8Formulation hex8, const Points& X,
+Eigen::Matrix<double, 6, 1> element_stress(ElementType type, HexFormulation hex, const Points& X,
                                            const Material& material, const Points& u) {
-  // The incompatible modes have no gradient at the centre: only the hourglass formulation differs.
+  // The incompatible modes have no gradient at the centre: only hexes of one point differ.
   const Matrix3 H = with_node_count(type, [&](auto n) -> Matrix3 {
     const auto local = isoparametric::local_coordinates<n()>(X);
     const Points& dN = reference_element(type).center.dN[0];
     Nodes<n()> g = isoparametric::gradient<n()>(dN, isoparametric::jacobian<n()>(local, dN));
     if constexpr (n() == 8) {
-      if (hex8 == Hex8Formulation::hourglass) g = hex8_mean_gradient(local).b;
+      if (has_one_point(hex)) g = hex8_mean_gradient(local).b;
     }
     // H_ab = du_a/dx_b
     return isoparametric::local_coordinates<n()>(u).transpose().lazyProduct(g);

@@ -6,8 +6,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
-#include <string_view>
 
 #include "common/base/types.hpp"
 #include "common/mesh/element_type.hpp"
@@ -26,6 +24,7 @@ struct Orthotropy {
 // E_i / (1 - nu nu) ..., the stiffness of the normal strains, material's axes   (3 x 3, symmetric).
 // Its eigenvalues are positive where the constants are those of a material.
 Matrix3 normal_stiffness(const Orthotropy& orthotropy);
+bool is_definite(const Orthotropy& orthotropy);  // every strain costs energy; moduli are above 0
 
 struct Material {
   double youngs_modulus = 0;  // E, > 0
@@ -35,26 +34,27 @@ struct Material {
   std::optional<Orthotropy> orthotropy = {};
 };
 
-// Only 8-node hexes have a choice; the other types have the one formulation that fits them.
-enum class Hex8Formulation {
+// Only hex8 has them all. `reduced` of a hex20 has 2 x 2 x 2 points and of a wedge15 3 x 3, all
+// others 3 x 3 x 3 and 6 x 3. The other types have the one formulation that fits them.
+enum class HexFormulation {
   full,          // 2 x 2 x 2 points
   incompatible,  // Wilson's modes in Taylor's corrected form (Taylor, Beresford, Wilson 1976),
                  // Jacobian at the centre
   hourglass,     // one point and Flanagan-Belytschko hourglass control (1981)
+  reduced,       // the same with CalculiX's coefficient: C3D8R; a hex20: C3D20R, a wedge15: C3D15
 };
-// hex8 | hex8-incompatible | hex8-hourglass; InputError
-Hex8Formulation parse_hex8_formulation(std::string_view text);
-std::string_view name(Hex8Formulation formulation);
 
 enum class MassKind { lumped, consistent };
 
 // X: n x 3 node coordinates in Exodus order. Returned K is 3n x 3n, dofs (node, component) with the
 // component fastest. Precondition: check_element says the element is usable.
-Matrix element_stiffness(ElementType type, Hex8Formulation hex8, const Points& X,
+Matrix element_stiffness(ElementType type, HexFormulation hex, const Points& X,
                          const Material& material);
 
-// Consistent mass as n x n (the same for x, y, z).
-Matrix element_mass(ElementType type, const Points& X, double density);
+// Consistent mass as n x n (the same for x, y, z). Of a hex20 or wedge15 `reduced` it has the
+// points of the stiffness, as in CalculiX: rank 8 of 20 and 9 of 15.
+Matrix element_mass(ElementType type, const Points& X, double density,
+                    HexFormulation hex = HexFormulation::full);
 
 // Lumped mass, n, all > 0, sum rho V: row sums for linear elements, diagonal scaling (Hinton, Rock,
 // Zienkiewicz 1976) for quadratic ones.
@@ -66,7 +66,7 @@ Vector element_lumped_mass(ElementType type, const Points& X, double density);
 double element_quality(ElementType type, const Points& X);
 
 // Cauchy stress (xx yy zz xy yz zx) at the centroid for nodal displacements u (n x 3).
-Eigen::Matrix<double, 6, 1> element_stress(ElementType type, Hex8Formulation hex8, const Points& X,
+Eigen::Matrix<double, 6, 1> element_stress(ElementType type, HexFormulation hex, const Points& X,
                                            const Material& material, const Points& u);
 
 }  // namespace cbr

@@ -90,7 +90,7 @@ MeanGradient hex8_mean_gradient(const Hex8Nodes& X) {
   return mean;
 }
 
-Hex8Matrix hex8_hourglass_stiffness(const Hex8Nodes& X, const Material& material) {
+Hex8Matrix hex8_hourglass_stiffness(const Hex8Nodes& X, const Material& material, double kappa) {
   const auto [b, volume] = hex8_mean_gradient(X);
   Gradients<8> A(24, 1);
   Eigen::Map<Hex8Nodes>(A.data()) = std::sqrt(volume) * b;
@@ -106,7 +106,7 @@ Hex8Matrix hex8_hourglass_stiffness(const Hex8Nodes& X, const Material& material
   const Eigen::Matrix<double, 8, 4> gamma = (h - b.lazyProduct(slopes)) / std::sqrt(8.0);
   const double youngs_modulus =
       material.orthotropy ? material.orthotropy->youngs_moduli.maxCoeff() : material.youngs_modulus;
-  const double scale = hourglass_coefficient * youngs_modulus * volume * b.squaredNorm();
+  const double scale = kappa * youngs_modulus * volume * b.squaredNorm();
   for (int j = 0; j < 8; ++j)
     for (int i = 0; i < 8; ++i)
       K.block<3, 3>(3 * i, 3 * j).diagonal().array() += scale * gamma.row(i).dot(gamma.row(j));

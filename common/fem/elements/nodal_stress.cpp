@@ -19,20 +19,6 @@ struct Sampling {
   Matrix at_nodes;         // points x n: column a are the weights of the points at node a
 };
 
-// Reference coordinates of node a: where its shape function is 1 and all others are 0. Of the apex
-// of a pyramid, where the first two coordinates mean nothing, those in the middle.
-Vector3 place_of_node(ElementType type, Index a) {
-  constexpr std::array<double, 5> values = {0, 0.5, -0.5, 1, -1};
-  for (const double z : values)
-    for (const double y : values)
-      for (const double x : values) {
-        const Vector N = shape_functions(type, Vector3(x, y, z)).N;
-        if ((N - Vector::Unit(N.size(), a)).cwiseAbs().maxCoeff() < 1e-12) return {x, y, z};
-      }
-  assert(false && "a node of a volume element");
-  return Vector3::Zero();
-}
-
 // Lagrange's polynomial of two points at +-1/sqrt 3, of the one at p
 double of_line(double p, double x) { return 0.5 * (1 + 3 * p * x); }
 
@@ -114,44 +100,39 @@ Eigen::Matrix<double, 6, 1> stress_of(const Elasticity& material, const Matrix3&
   return {s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(1, 2), s(2, 0)};
 }
 
-template <int n>
-Matrix nodal_stress(const Sampling& sampling, const Points& X, const Elasticity& material,
-                    const Points& u) {
-  const Nodes<n> local = isoparametric::local_coordinates<n>(X),
-                 motion = isoparametric::local_coordinates<n>(u);
-  Matrix at_points(6, sampling.at_nodes.rows());
-  for (Index q = 0; q < at_points.cols(); ++q) {
-    const Points& dN = sampling.dN[static_cast<std::size_t>(q)];
-    const Nodes<n> g = isoparametric::gradient<n>(dN, isoparametric::jacobian<n>(local, dN));
-    // H_ab = du_a/dx_b
-    at_points.col(q) = stress_of(material, motion.transpose().lazyProduct(g));
-  }
-  return (at_points * sampling.at_nodes).transpose();
-}
-
-Matrix incompatible_stress(const Sampling& sampling, const Points& X, const Material& material,
-                           const Points& u) {
-  const auto H = hex8_incompatible_gradients(isoparametric::local_coordinates<8>(X), material,
-                                             isoparametric::local_coordinates<8>(u));
+// n x 6, from H_ab = du_a/dx_b at each sampling point.
+template <class Gradients>
+Matrix nodal_stress(const Sampling& sampling, const Material& material, const Gradients& H) {
   const Elasticity elasticity(material);
-  Matrix at_points(6, 8);
-  for (Index q = 0; q < 8; ++q)
+  Matrix at_points(6, sampling.at_nodes.rows());
+  for (Index q = 0; q < at_points.cols(); ++q)
     at_points.col(q) = stress_of(elasticity, H[static_cast<std::size_t>(q)]);
   return (at_points * sampling.at_nodes).transpose();
 }
 
 }  // namespace
 
-Matrix element_nodal_stress(ElementType type, Hex8Formulation hex8, const Points& X,
+Matrix element_nodal_stress(ElementType type, HexFormulation hex, const Points& X,
                             const Material& material, const Points& u) {
   const Sampling& sampling = sampling_of(type);
-  if (type == ElementType::hex8 && hex8 == Hex8Formulation::hourglass)
-    return element_stress(type, hex8, X, material, u).transpose().replicate(8, 1);
-  if (type == ElementType::hex8 && hex8 == Hex8Formulation::incompatible)
-    return incompatible_stress(sampling, X, material, u);
-  const Elasticity elasticity(material);
-  return isoparametric::with_node_count(
-      type, [&](auto n) -> Matrix { return nodal_stress<n()>(sampling, X, elasticity, u); });
+  if (type == ElementType::hex8 && has_one_point(hex))
+    return element_stress(type, hex, X, material, u).transpose().replicate(8, 1);
+  return isoparametric::with_node_count(type, [&](auto n) -> Matrix {
+    const Nodes<n()> local = isoparametric::local_coordinates<n()>(X),
+                     motion = isoparametric::local_coordinates<n()>(u);
+    if constexpr (n() == 8) {
+      if (hex == HexFormulation::incompatible)
+        return nodal_stress(sampling, material,
+                            hex8_incompatible_gradients(local, material, motion));
+    }
+    std::vector<Matrix3> H;
+    for (const Points& dN : sampling.dN) {
+      const Nodes<n()> g =
+          isoparametric::gradient<n()>(dN, isoparametric::jacobian<n()>(local, dN));
+      H.emplace_back(motion.transpose().lazyProduct(g));
+    }
+    return nodal_stress(sampling, material, H);
+  });
 }
 
 Matrix shell_stress(ElementType type, const Points& X, const ShellProperties& shell,

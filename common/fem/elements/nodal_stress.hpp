@@ -11,14 +11,14 @@ namespace cbr {
 // linear in u. The stresses at the sampling points are extrapolated by the polynomial that has as
 // many terms as there are points (Hinton and Campbell 1974, doi 10.1002/nme.1620080303; for
 // quadratic elements the points of Barlow 1976, doi 10.1002/nme.1620100202):
-//   hex8      2 x 2 x 2, trilinear; with the condensed modes of hex8-incompatible; hex8-hourglass:
-//             one stress
+//   hex8      2 x 2 x 2, trilinear; with the condensed modes of hex8-incompatible; of
+//             hex8-hourglass and reduced: one stress
 //   hex20/27  2 x 2 x 2, trilinear
 //   tet4      one stress
 //   tet10     4, linear
 //   wedge6/15 3 x 2, linear in the triangle times linear along the axis
 //   pyramid5  2 x 2, bilinear in the base's coordinates; their mean at the apex
-Matrix element_nodal_stress(ElementType type, Hex8Formulation hex8, const Points& X,
+Matrix element_nodal_stress(ElementType type, HexFormulation hex, const Points& X,
                             const Material& material, const Points& u);
 
 // Cauchy stress (xx yy zz xy yz zx) in the element's middle at the top (along the normal), in the

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cassert>
+#include <map>
 
 namespace cbr {
 namespace {
@@ -20,57 +21,29 @@ ShapeTable tabulate(ElementType type, const QuadratureRule& rule) {
 }
 
 struct Rules {
-  QuadratureRule stiffness, mass, corners;
+  QuadratureRule stiffness, mass;
   Vector3 center;
+  QuadratureRule reduced = {};
 };
-
-QuadratureRule hex_corners() {
-  QuadratureRule rule;
-  for (const int z : {-1, 1})
-    for (const int y : {-1, 1})
-      for (const int x : {-1, 1}) rule.push_back({Vector3(x, y, z), 0});
-  return rule;
-}
-
-QuadratureRule tet_corners() {
-  QuadratureRule rule = {{Vector3::Zero(), 0}};
-  for (int c = 0; c < 3; ++c) rule.push_back({Vector3::Unit(c), 0});
-  return rule;
-}
-
-QuadratureRule wedge_corners() {
-  QuadratureRule rule;
-  for (const int z : {-1, 1})
-    for (const auto& [r, s] : {std::pair{0, 0}, {1, 0}, {0, 1}})
-      rule.push_back({Vector3(r, s, z), 0});
-  return rule;
-}
-
-// The Jacobian does not depend on zeta: the base corners speak for the whole edges up to the apex.
-QuadratureRule pyramid_corners() {
-  QuadratureRule rule;
-  for (const int b : {-1, 1})
-    for (const int a : {-1, 1}) rule.push_back({Vector3(a, b, 0), 0});
-  return rule;
-}
 
 Rules rules(ElementType type) {
   switch (type) {
     case ElementType::hex8:
-      return {gauss_hex(2), gauss_hex(2), hex_corners(), Vector3::Zero()};
+      return {gauss_hex(2), gauss_hex(2), Vector3::Zero()};
     case ElementType::hex20:
+      return {gauss_hex(3), gauss_hex(3), Vector3::Zero(), gauss_hex(2)};
     case ElementType::hex27:
-      return {gauss_hex(3), gauss_hex(3), hex_corners(), Vector3::Zero()};
+      return {gauss_hex(3), gauss_hex(3), Vector3::Zero()};
     case ElementType::tet4:
-      return {tetrahedron_rule(1), tetrahedron_rule(4), tet_corners(), Vector3::Constant(0.25)};
+      return {tetrahedron_rule(1), tetrahedron_rule(4), Vector3::Constant(0.25)};
     case ElementType::tet10:
-      return {tetrahedron_rule(14), tetrahedron_rule(14), tet_corners(), Vector3::Constant(0.25)};
+      return {tetrahedron_rule(14), tetrahedron_rule(14), Vector3::Constant(0.25)};
     case ElementType::wedge6:
-      return {wedge_rule(3, 2), wedge_rule(6, 3), wedge_corners(), Vector3(1.0 / 3, 1.0 / 3, 0)};
+      return {wedge_rule(3, 2), wedge_rule(6, 3), Vector3(1.0 / 3, 1.0 / 3, 0)};
     case ElementType::wedge15:
-      return {wedge_rule(6, 3), wedge_rule(6, 3), wedge_corners(), Vector3(1.0 / 3, 1.0 / 3, 0)};
+      return {wedge_rule(6, 3), wedge_rule(6, 3), Vector3(1.0 / 3, 1.0 / 3, 0), wedge_rule(3, 3)};
     case ElementType::pyramid5:
-      return {pyramid_rule(2, 1), pyramid_rule(3, 2), pyramid_corners(), Vector3(0, 0, 0.25)};
+      return {pyramid_rule(2, 1), pyramid_rule(3, 2), Vector3(0, 0, 0.25)};
     default:
       assert(false && "a volume element");
       return {};
@@ -80,8 +53,14 @@ Rules rules(ElementType type) {
 ReferenceElement make(ElementType type) {
   if (dimension(type) != 3) return {};
   const Rules rule = rules(type);
-  ReferenceElement element{0, tabulate(type, rule.stiffness), tabulate(type, rule.mass),
-                           tabulate(type, rule.corners), tabulate(type, {{rule.center, 0}})};
+  QuadratureRule corners;
+  for (Index a = 0; a < n_corners(type); ++a) corners.push_back({place_of_node(type, a), 0});
+  ReferenceElement element{0,
+                           tabulate(type, rule.stiffness),
+                           tabulate(type, rule.mass),
+                           tabulate(type, corners),
+                           tabulate(type, {{rule.center, 0}}),
+                           tabulate(type, rule.reduced)};
   for (const double weight : element.stiffness.weight) element.volume += weight;
   return element;
 }
@@ -89,27 +68,24 @@ ReferenceElement make(ElementType type) {
 }  // namespace
 
 ShapeFunctions shape_functions(ElementType type, const Vector3& xi) {
-  switch (type) {
-    case ElementType::hex8:
-      return hex8_shape(xi);
-    case ElementType::hex20:
-      return hex20_shape(xi);
-    case ElementType::hex27:
-      return hex27_shape(xi);
-    case ElementType::tet4:
-      return tet4_shape(xi);
-    case ElementType::tet10:
-      return tet10_shape(xi);
-    case ElementType::wedge6:
-      return wedge6_shape(xi);
-    case ElementType::wedge15:
-      return wedge15_shape(xi);
-    case ElementType::pyramid5:
-      return pyramid5_shape(xi);
-    default:
-      assert(false && "a volume element");
-      return {};
-  }
+  using enum ElementType;
+  static const std::map<ElementType, ShapeFunctions (*)(const Vector3&)> all = {
+      {tet4, tet4_shape},     {tet10, tet10_shape},     {pyramid5, pyramid5_shape},
+      {wedge6, wedge6_shape}, {wedge15, wedge15_shape}, {hex8, hex8_shape},
+      {hex20, hex20_shape},   {hex27, hex27_shape}};
+  return all.at(type)(xi);
+}
+
+Vector3 place_of_node(ElementType type, Index a) {
+  constexpr std::array<double, 5> values = {0, 0.5, -0.5, 1, -1};
+  for (const double z : values)
+    for (const double y : values)
+      for (const double x : values) {
+        const Vector N = shape_functions(type, Vector3(x, y, z)).N;
+        if ((N - Vector::Unit(N.size(), a)).cwiseAbs().maxCoeff() < 1e-12) return {x, y, z};
+      }
+  assert(false && "a node of a volume element");
+  return Vector3::Zero();
 }
 
 const ReferenceElement& reference_element(ElementType type) {

@@ -33,6 +33,9 @@ ShapeFunctions wedge15_shape(const Vector3& xi);
 ShapeFunctions pyramid5_shape(const Vector3& xi);
 
 ShapeFunctions shape_functions(ElementType type, const Vector3& xi);
+// Reference coordinates of node a: where its shape function is 1 and all others are 0. Of the apex
+// of a pyramid, where the first two coordinates mean nothing, those in the middle.
+Vector3 place_of_node(ElementType type, Index a);
 
 struct ShapeTable {
   std::vector<double> weight;  // n_q
@@ -45,6 +48,7 @@ struct ReferenceElement {
   double volume = 0;
   ShapeTable stiffness, mass;  // at their quadrature points
   ShapeTable corners, center;  // weights 0
+  ShapeTable reduced;          // of HexFormulation::reduced: hex20 2 x 2 x 2, wedge15 3 x 3 points
 };
 
 // Tabulated once. Precondition: a volume element.

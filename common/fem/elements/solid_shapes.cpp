@@ -56,15 +56,12 @@ ShapeFunctions hex27_shape(const Vector3& xi) { return tensor_product<27>(xi, qu
 ShapeFunctions hex20_shape(const Vector3& xi) {
   // Edge functions: bubble along the edge, linear across. Corner functions: trilinear minus half of
   // each of the corner's edges.
-  ShapeFunctions shape{Vector(20), Points(20, 3)};
   const auto edge = [](int node, double x) {
     return node == 0 ? quadratic(0, x) : linear(node, x);
   };
   const ShapeFunctions all = tensor_product<20>(xi, edge);
-  for (int i = 0; i < 20; ++i) {
-    shape.N(i) = all.N(i);
-    shape.dN.row(i) = all.dN.row(i);
-    if (i >= 8) continue;
+  ShapeFunctions shape = all;
+  for (int i = 0; i < 8; ++i) {
     const auto& corner = hex_nodes[static_cast<std::size_t>(i)];
     for (int e = 8; e < 20; ++e) {
       const auto& node = hex_nodes[static_cast<std::size_t>(e)];

@@ -10,32 +10,16 @@
 namespace cbr {
 namespace {
 
-// Corners of the faces S1, S2, ... of a solid, local numbers from 0.
-const std::vector<std::vector<int>>& faces_of(ElementType type) {
-  static const std::vector<std::vector<int>>
-      tet = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}},
-      pyramid = {{0, 1, 2, 3}, {0, 4, 1}, {1, 4, 2}, {2, 4, 3}, {3, 4, 0}},
-      wedge = {{0, 1, 2}, {3, 5, 4}, {0, 3, 4, 1}, {1, 4, 5, 2}, {2, 5, 3, 0}},
-      hex = {{0, 1, 2, 3}, {4, 7, 6, 5}, {0, 4, 5, 1}, {1, 5, 6, 2}, {2, 6, 7, 3}, {3, 7, 4, 0}},
-      none;
-  switch (n_corners(type)) {
-    case 4:
-      return dimension(type) == 3 ? tet : none;
-    case 5:
-      return pyramid;
-    case 6:
-      return wedge;
-    case 8:
-      return hex;
-    default:
-      return none;
-  }
-}
-
-// Exodus's number of face S<label> (from 1), or 0.
+// Exodus's number of face S<label> (from 1) of a solid, or 0.
 int exodus_side(ElementType type, int label) {
-  const auto& faces = faces_of(type);
-  if (label < 1 || label > static_cast<int>(faces.size())) return 0;
+  // By the number of the type's corners: those of the faces S1, S2, ..., local numbers from 0
+  static const std::map<int, std::vector<std::vector<int>>> all = {
+      {4, {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}}},
+      {5, {{0, 1, 2, 3}, {0, 4, 1}, {1, 4, 2}, {2, 4, 3}, {3, 4, 0}}},
+      {6, {{0, 1, 2}, {3, 5, 4}, {0, 3, 4, 1}, {1, 4, 5, 2}, {2, 5, 3, 0}}},
+      {8, {{0, 1, 2, 3}, {4, 7, 6, 5}, {0, 4, 5, 1}, {1, 5, 6, 2}, {2, 6, 7, 3}, {3, 7, 4, 0}}}};
+  if (dimension(type) != 3 || label < 1 || label > n_sides(type)) return 0;
+  const auto& faces = all.at(n_corners(type));
   const auto& corners = faces[static_cast<std::size_t>(label - 1)];
   const std::set<int> wanted(corners.begin(), corners.end());
   for (int side = 1; side <= n_sides(type); ++side) {
@@ -88,11 +72,22 @@ class AbaqusMesh {
         section.place.fail("element " + std::to_string(id) + " has two sections");
       file_.mesh.elements[found->second].block = set.name;
     }
-    const auto material = file_.materials.find(section.material);
-    file_.mesh.materials[set.name] =
-        material != file_.materials.end()
-            ? material->second
+    const auto known = file_.materials.find(section.material);
+    FileMaterial& material = file_.mesh.materials[set.name] =
+        known != file_.materials.end()
+            ? known->second
             : FileMaterial{.name = section.material, .problem = "is not defined in the file"};
+    if (!section.orientation.empty() && !material.engineering_constants.empty())
+      orient(section, material);
+  }
+
+  void orient(const InpSection& section, FileMaterial& material) const {
+    const auto found = file_.orientations.find(section.orientation);
+    if (found == file_.orientations.end())
+      section.place.fail("there is no *ORIENTATION '" + section.orientation + "'");
+    material.axis = found->second.axis;
+    material.in_plane = found->second.in_plane;
+    if (!found->second.problem.empty()) material.problem = found->second.problem;
   }
 
   bool is_name_of_surface(const std::string& name) const {

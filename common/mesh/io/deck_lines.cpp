@@ -39,7 +39,7 @@ constexpr const char
     *of_scenes =
         "*BOUNDARY *CLOAD *DLOAD *DSLOAD *BASEMOTION *INITIALCONDITIONS *AMPLITUDE *STEP *CONTACT "
         "*SURFACEINTERACTION *SURFACEBEHAVIOR *FRICTION *CLEARANCE *GAP *PRE-TENSION *DAMPING "
-        "*MODALDAMPING *ORIENTATION SPC SUPORT FORCE MOMENT PLOAD GRAV RFORCE ACCEL LOAD DLOAD "
+        "*MODALDAMPING SPC SUPORT FORCE MOMENT PLOAD GRAV RFORCE ACCEL LOAD DLOAD "
         "DAREA RLOAD TLOAD TABLED TIC BC BSURF BOLT TABDMP PARAM, GEof";
 
 std::string reason_of(const std::string& word) {
@@ -51,8 +51,7 @@ std::string reason_of(const std::string& word) {
   };
   if (is_of(of_materials))
     return "materials have linear elasticity, density and damping in this version";
-  if (is_of(of_scenes))
-    return "supports, loads, contact, damping, axes of materials and steps are the scene's";
+  if (is_of(of_scenes)) return "supports, loads, contact, damping and steps are the scene's";
   return "not in this version";
 }
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <set>
-#include <utility>
+#include <tuple>
 
 #include "common/base/error.hpp"
 #include "common/mesh/io/mesh_formats.hpp"
@@ -53,27 +53,33 @@ class MeshMaker {
 
   // In the order in which blocks, and their types, come in the file.
   void add_blocks(const std::vector<std::size_t>& elements) {
-    using Key = std::pair<std::string, ElementType>;
+    using Key = std::tuple<std::string, ElementType, bool>;
     std::map<Key, std::size_t> place;
     std::map<std::string, int> n_types;
-    std::vector<std::pair<Key, std::vector<std::size_t>>> groups;
+    std::vector<std::vector<std::size_t>> groups;
     for (const std::size_t e : elements) {
-      const Key key(file_.elements[e].block, file_.elements[e].type);
-      const auto [found, is_new] = place.emplace(key, groups.size());
+      const FileElement& one = file_.elements[e];
+      const auto [found, is_new] =
+          place.emplace(Key(one.block, one.type, one.reduced), groups.size());
       if (is_new) {
-        groups.push_back({key, {}});
-        ++n_types[key.first];
+        groups.emplace_back();
+        if (!place.contains(Key(one.block, one.type, !one.reduced))) ++n_types[one.block];
       }
-      groups[found->second].second.push_back(e);
+      groups[found->second].push_back(e);
     }
-    for (const auto& [key, members] : groups)
-      add_block(key.first, key.second, n_types[key.first] > 1, members);
+    for (const std::vector<std::size_t>& members : groups) {
+      const FileElement& one = file_.elements[members.front()];
+      const bool is_both = place.contains(Key(one.block, one.type, !one.reduced));
+      add_block(members, (n_types[one.block] > 1 ? "_" + std::string(name(one.type)) : "") +
+                             (is_both && one.reduced ? "_reduced" : ""));
+    }
   }
 
-  void add_block(const std::string& group, ElementType type, bool is_one_of_many,
-                 const std::vector<std::size_t>& members) {
+  void add_block(const std::vector<std::size_t>& members, const std::string& suffix) {
+    const auto& [id, type, first, group, reduced] = file_.elements[members.front()];
     Block block;
-    block.name = is_one_of_many ? group + "_" + std::string(name(type)) : group;
+    block.name = group + suffix;
+    block.reduced = reduced;
     block.id = static_cast<Index>(mesh_.blocks.size()) + 1;
     block.type = type;
     block.connectivity.resize(static_cast<Index>(members.size()), n_nodes(type));

@@ -17,6 +17,7 @@ struct FileElement {
   ElementType type = ElementType::hex8;
   std::size_t first = 0;  // of its nodes in FileMesh::element_nodes
   std::string block;      // a section's set, a property
+  bool reduced = false;   // Block::reduced
 };
 
 struct FileMesh {
@@ -34,7 +35,8 @@ struct FaceSet {
   std::vector<std::size_t> elements;
 };
 
-// Blocks by FileElement::block, one for each type (NAME_hex8, NAME_wedge6 where there are several).
+// Blocks by FileElement::block, one for each type (NAME_hex8, NAME_wedge6 where there are several;
+// NAME_hex8_reduced and NAME_hex8 where both are of one type).
 // A set of faces is a sideset if all of them are sides of solids; faces of no sideset are blocks of
 // shells. InputError: an element of a node that is not there.
 Mesh mesh_of(const FileMesh& file, const std::vector<FaceSet>& faces);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <functional>
 #include <utility>
 
 #include "common/base/error.hpp"
@@ -16,10 +17,11 @@ namespace {
 struct InpType {
   std::optional<ElementType> type;  // none: of one dimension
   int n_nodes = 0;
+  bool reduced = false;  // Block::reduced
 };
 
-// The number after a prefix tells the nodes; letters after it (R, I, H, M, T) the integration or
-// more unknowns.
+// The number after a prefix is that of the nodes; of letters after it (R, I, H, M, T) only R
+// counts, reduced integration of hexes. C3D15 has the nine points of wedge15's reduced integration.
 std::optional<InpType> inp_type(const std::string& word) {
   using enum ElementType;
   struct Family {
@@ -44,11 +46,14 @@ std::optional<InpType> inp_type(const std::string& word) {
   for (const Family& family : families) {
     const std::string prefix = family.prefix;
     if (!word.starts_with(prefix)) continue;
-    std::string digits = word.substr(prefix.size());
-    digits = digits.substr(0, digits.find_first_not_of("0123456789"));
+    const std::string rest = word.substr(prefix.size());
+    std::string digits = rest.substr(0, rest.find_first_not_of("0123456789"));
+    const bool reduced = digits == "15" ||
+                         ((digits == "8" || digits == "20") && rest.find('R') != std::string::npos);
     if (prefix == "STRI" && digits == "65") digits = "6";
     for (const ElementType type : family.types)
-      if (digits == std::to_string(n_nodes(type))) return InpType{type, n_nodes(type)};
+      if (digits == std::to_string(n_nodes(type)))
+        return InpType{type, n_nodes(type), reduced && dimension(type) == 3};
   }
   return std::nullopt;
 }
@@ -66,7 +71,7 @@ class InpReader {
       if (line.find('\0') != std::string_view::npos)
         lines_.fail("is no text: expected an input file of Abaqus or CalculiX");
       if (line.front() != '*') {
-        take(fields_of(line, ','));
+        if (take_) take_(fields_of(line, ','));
         waits_for_data_.clear();
         continue;
       }
@@ -89,43 +94,48 @@ class InpReader {
 
  private:
   using Fields = std::vector<std::string_view>;
-  enum class Data { skipped, nodes, elements, nset, elset, surface, elastic, density, placement };
+  using Take = std::function<void(const Fields&)>;  // of a line of data
 
   void begin(const InpKeyword& keyword) {
     refuse(keyword);
-    data_ = Data::skipped;
+    take_ = nullptr;
     const std::string& name = keyword.name;
     if (name == "PART" || name == "ASSEMBLY" || name == "INSTANCE") open_.push_back(name);
     if (!open_.empty() && name == "END" + open_.back()) open_.pop_back();
     waits_for_data_.clear();
-    for (const char* wants : {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "ELASTIC", "DENSITY"})
+    for (const char* wants :
+         {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "ELASTIC", "DENSITY", "ORIENTATION"})
       if (name == wants) waits_for_data_ = name;
-    if (name == "ASSEMBLY") in_assembly_ = true;
-    if (name == "ENDASSEMBLY") in_assembly_ = false;
+    if (name == "ASSEMBLY" || name == "ENDASSEMBLY") in_assembly_ = name == "ASSEMBLY";
     if (name == "PART" && ++n_parts_ > 1)
       lines_.fail("a second *PART: a component is one part, give each a file of its own");
     if (name == "INSTANCE") {
       if (++n_instances_ > 1)
         lines_.fail(
             "a second *INSTANCE: a component is one part; instances are those of the scene");
-      data_ = Data::placement;
+      take_ = [this](const Fields& fields) { require_no_placement(fields); };
     }
     if (name == "NODE") begin_nodes(keyword);
     if (name == "ELEMENT") begin_elements(keyword);
-    if (name == "NSET") begin_set(keyword, "NSET", file_.nsets, file_.nset_order, Data::nset);
-    if (name == "ELSET") begin_set(keyword, "ELSET", file_.elsets, file_.elset_order, Data::elset);
+    if (name == "NSET") begin_set(keyword, "NSET", file_.nsets, file_.nset_order);
+    if (name == "ELSET") begin_set(keyword, "ELSET", file_.elsets, file_.elset_order);
     if (name == "SURFACE") begin_surface(keyword);
     if (is_section(keyword)) {
       file_.sections.push_back({in_capitals(keyword.value("ELSET")),
-                                in_capitals(keyword.value("MATERIAL")), lines_.place()});
+                                in_capitals(keyword.value("MATERIAL")),
+                                in_capitals(keyword.value("ORIENTATION")), lines_.place()});
     }
     if (name == "MATERIAL") {
       material_ = &file_.materials[in_capitals(keyword.value("NAME"))];
       *material_ = {.name = keyword.value("NAME")};
       has_elastic_ = has_density_ = false;
     }
+    if (name == "ORIENTATION") begin_orientation(keyword);
     if (name == "ELASTIC" && material_ != nullptr) begin_elastic(keyword);
-    if (name == "DENSITY" && material_ != nullptr) data_ = Data::density;
+    if (name == "DENSITY" && material_ != nullptr)
+      take_ = [this](const Fields& fields) {
+        take_constants(fields, has_density_, {&material_->density, nullptr});
+      };
     if (name == "DAMPING" && material_ != nullptr) begin_damping(keyword);
     if (!is_read(keyword)) drop(keyword);
   }
@@ -139,11 +149,12 @@ class InpReader {
   // Read, or without effect: titles, output requests, and ends.
   bool is_read(const InpKeyword& keyword) const {
     for (const char* name :
-         {"NODE",      "ELEMENT",       "NSET",         "ELSET",          "SURFACE",
-          "MATERIAL",  "ELASTIC",       "DENSITY",      "PART",           "ASSEMBLY",
-          "INSTANCE",  "HEADING",       "PREPRINT",     "RESTART",        "NODE PRINT",
-          "NODE FILE", "EL PRINT",      "EL FILE",      "ELEMENT OUTPUT", "NODE OUTPUT",
-          "OUTPUT",    "CONTACT PRINT", "CONTACT FILE", "FILE FORMAT",    "PHYSICAL CONSTANTS"})
+         {"NODE",       "ELEMENT",       "NSET",         "ELSET",          "SURFACE",
+          "MATERIAL",   "ELASTIC",       "DENSITY",      "PART",           "ASSEMBLY",
+          "INSTANCE",   "HEADING",       "PREPRINT",     "RESTART",        "NODE PRINT",
+          "NODE FILE",  "EL PRINT",      "EL FILE",      "ELEMENT OUTPUT", "NODE OUTPUT",
+          "OUTPUT",     "CONTACT PRINT", "CONTACT FILE", "FILE FORMAT",    "PHYSICAL CONSTANTS",
+          "ORIENTATION"})
       if (keyword.is(name)) return true;
     if (keyword.is("DAMPING")) return material_ != nullptr && !keyword.has("COMPOSITE");
     return is_section(keyword) || keyword.name.starts_with("END");
@@ -187,7 +198,7 @@ class InpReader {
     if (const std::string system = in_capitals(keyword.value("SYSTEM"));
         !system.empty() && system != "R")
       lines_.fail("SYSTEM=" + system + " found, expected rectangular coordinates (R)");
-    data_ = Data::nodes;
+    take_ = [this](const Fields& fields) { take_node(fields); };
     set_ = keyword.has("NSET") ? &set_named(keyword.value("NSET"), file_.nsets, file_.nset_order)
                                : nullptr;
   }
@@ -208,22 +219,22 @@ class InpReader {
                  "them), shells for faces, and take the others out of the mesh"
                : cure));
     type_ = *type;
-    data_ = Data::elements;
+    take_ = [this](const Fields& fields) { take_element(fields); };
     elset_ = keyword.value("ELSET");
     set_ = elset_.empty() ? nullptr : &set_named(elset_, file_.elsets, file_.elset_order);
   }
 
   void begin_set(const InpKeyword& keyword, const std::string& parameter,
-                 std::map<std::string, InpSet>& sets, std::vector<std::string>& order, Data data) {
+                 std::map<std::string, InpSet>& sets, std::vector<std::string>& order) {
     if (in_assembly_ && !keyword.has("INSTANCE")) return;  // of reference points
     if (keyword.value(parameter).empty())
       lines_.fail("*" + keyword.name + " without " + parameter + "=NAME");
-    data_ = data;
+    take_ = [this, &sets](const Fields& fields) { take_ids(fields, sets); };
     set_ = &set_named(keyword.value(parameter), sets, order);
     set_->place = lines_.place();
     set_->internal = keyword.has("INTERNAL");
     generates_ = keyword.has("GENERATE");
-    if (data == Data::nset && keyword.has("ELSET"))
+    if (parameter == "NSET" && keyword.has("ELSET"))
       set_->elsets.push_back(in_capitals(keyword.value("ELSET")));
   }
 
@@ -232,17 +243,63 @@ class InpReader {
     if ((!type.empty() && type != "ELEMENT" && type != "NODE") || keyword.has("COMBINE"))
       lines_.fail(
           "a surface of elements' faces (TYPE=ELEMENT) or of nodes (TYPE=NODE) is expected");
-    data_ = Data::surface;
+    take_ = [this](const Fields& fields) { take_face(fields); };
     file_.surfaces.push_back({keyword.value("NAME"), type == "NODE", {}});
   }
 
   void begin_elastic(const InpKeyword& keyword) {
-    const std::string type = in_capitals(keyword.value("TYPE"));
-    data_ = Data::elastic;
-    if (!type.empty() && !type.starts_with("ISO")) {
+    const std::string type = in_capitals(without_blanks(keyword.value("TYPE")));
+    take_ = [this](const Fields& fields) {
+      take_constants(fields, has_elastic_,
+                     {&material_->youngs_modulus, &material_->poissons_ratio});
+    };
+    if (type.starts_with("ENGINEERING")) {
+      take_ = [this](const Fields& fields) { take_engineering_constants(fields); };
+    } else if (!type.empty() && !type.starts_with("ISO")) {
       material_->problem = "is of *ELASTIC, TYPE=" + type;
-      data_ = Data::skipped;
+      take_ = nullptr;
       has_elastic_ = true;
+    }
+  }
+
+  void begin_orientation(const InpKeyword& keyword) {
+    take_ = [this](const Fields& fields) { take_orientation(fields); };
+    orientation_ = &file_.orientations[in_capitals(keyword.value("NAME"))];
+    *orientation_ = {};
+    n_lines_ = 0;
+    for (const auto& [parameter, read] : {std::pair{"SYSTEM", "R"}, {"DEFINITION", "C"}})
+      if (const std::string word = in_capitals(keyword.value(parameter));
+          !word.empty() && !word.starts_with(read))
+        leave_orientation("of " + std::string(parameter) + "=" + word);
+  }
+
+  void leave_orientation(const std::string& what) {
+    orientation_->problem =
+        "has an *ORIENTATION " + what + " (read are rectangular systems by points a and b)";
+  }
+
+  // a, b and, of Abaqus, their origin; then a rotation about one of the axes.
+  void take_orientation(const Fields& fields) {
+    if (!orientation_->problem.empty()) return;
+    std::array<double, 9> x{};
+    for (std::size_t i = 0; i < std::min(fields.size(), x.size()); ++i)
+      if (!fields[i].empty()) x[i] = lines_.number(fields[i]);
+    if (++n_lines_ > 1) {
+      if (x[1] != 0) leave_orientation("with a rotation about one of its axes");
+      return;
+    }
+    if (fields.size() < 6) lines_.fail("expected the points a and b of *ORIENTATION: six numbers");
+    const Vector3 origin(x[6], x[7], x[8]);
+    orientation_->axis = Vector3(x[0], x[1], x[2]) - origin;
+    orientation_->in_plane = Vector3(x[3], x[4], x[5]) - origin;
+  }
+
+  void take_engineering_constants(const Fields& fields) {
+    if (has_elastic_) material_->problem = "depends on the temperature";
+    for (const std::string_view field : fields) {
+      if (has_elastic_ || field.empty()) continue;
+      material_->engineering_constants.push_back(lines_.number(field));
+      has_elastic_ = material_->engineering_constants.size() == 9;
     }
   }
 
@@ -256,18 +313,7 @@ class InpReader {
     return found->second;
   }
 
-  void take(const Fields& fields) {
-    if (data_ == Data::nodes) take_node(fields);
-    if (data_ == Data::elements) take_element(fields);
-    if (data_ == Data::nset) take_ids(fields, file_.nsets);
-    if (data_ == Data::elset) take_ids(fields, file_.elsets);
-    if (data_ == Data::surface) take_face(fields);
-    if (data_ == Data::elastic)
-      take_constants(fields, has_elastic_,
-                     {&material_->youngs_modulus, &material_->poissons_ratio});
-    if (data_ == Data::density)
-      take_constants(fields, has_density_, {&material_->density, nullptr});
-    if (data_ != Data::placement) return;
+  void require_no_placement(const Fields& fields) const {
     for (const std::string_view field : fields)
       if (!field.empty() && lines_.number(field) != 0)
         lines_.fail(
@@ -306,7 +352,8 @@ class InpReader {
       const auto n = n_corners(*type_.type) / 2;
       std::swap_ranges(pending_.end() - n, pending_.end(), pending_.end() - 2 * n);
     }
-    file_.mesh.elements.push_back({id, *type_.type, file_.mesh.element_nodes.size(), elset_});
+    file_.mesh.elements.push_back(
+        {id, *type_.type, file_.mesh.element_nodes.size(), elset_, type_.reduced});
     file_.mesh.element_nodes.insert(file_.mesh.element_nodes.end(), pending_.begin(),
                                     pending_.end());
     pending_.clear();
@@ -399,9 +446,9 @@ class InpReader {
 
   DeckLines lines_;
   InpFile file_;
-  Data data_ = Data::skipped;
+  Take take_;  // none: the data are skipped
   bool in_assembly_ = false, generates_ = false, has_elastic_ = false, has_density_ = false;
-  int n_parts_ = 0, n_instances_ = 0;
+  int n_parts_ = 0, n_instances_ = 0, n_lines_ = 0;
   InpType type_;
   std::string elset_;
   std::vector<Index> pending_;     // number and nodes of an element that goes on in the next line
@@ -409,7 +456,7 @@ class InpReader {
   DroppedWords dropped_;
   std::string waits_for_data_;  // keyword of which no line of data has come
   InpSet* set_ = nullptr;
-  FileMaterial* material_ = nullptr;
+  FileMaterial *material_ = nullptr, *orientation_ = nullptr;
 };
 
 }  // namespace

@@ -36,7 +36,7 @@ struct InpSurface {
 };
 
 struct InpSection {
-  std::string elset, material;  // in capitals
+  std::string elset, material, orientation;  // in capitals
   DeckPlace place;
 };
 
@@ -47,8 +47,9 @@ struct InpFile {
   std::vector<std::string> nset_order, elset_order;
   std::vector<InpSurface> surfaces;
   std::vector<InpSection> sections;
-  std::map<std::string, FileMaterial> materials;  // by the name in capitals
-  std::string dropped;                            // Mesh::dropped
+  // By the name in capitals. Orientations have only axes, or a problem.
+  std::map<std::string, FileMaterial> materials, orientations;
+  std::string dropped;  // Mesh::dropped
 };
 
 // InputError with file and line: an element type, a keyword that would change the part and is not

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
 #include <system_error>
 
 #include "common/base/error.hpp"
@@ -75,20 +76,14 @@ Format written_format(const std::filesystem::path& file) {
 }
 
 Mesh read(const std::filesystem::path& file, Format format) {
-  switch (format) {
-    case Format::gmsh:
-      return read_gmsh(file);
-    case Format::abaqus:
-      return read_abaqus_mesh(file);
-    case Format::nastran:
-      return read_nastran_mesh(file);
-    case Format::med:
-      return read_med(file);
-    case Format::other:
-      return read_with_gmsh(file);
-    default:
-      return read_exodus(file);
-  }
+  static const std::map<Format, Mesh (*)(const std::filesystem::path&)> readers = {
+      {Format::gmsh, read_gmsh},
+      {Format::exodus, read_exodus},
+      {Format::abaqus, read_abaqus_mesh},
+      {Format::nastran, read_nastran_mesh},
+      {Format::med, read_med},
+      {Format::other, read_with_gmsh}};
+  return readers.at(format)(file);
 }
 
 std::array<Index, 4> key_of(const std::vector<Index>& corners) {

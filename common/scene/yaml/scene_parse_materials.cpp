@@ -1,32 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Materials: isotropic or orthotropic, and their damping.
-#include <Eigen/Geometry>
-#include <Eigen/LU>
-
-#include <cmath>
-
 #include "common/scene/yaml/scene_parse.hpp"
 
 namespace cbr {
 namespace {
 
-// Two axes of the material, the second made normal to the first.
 void read_material_axes(const SceneNode& node, const SceneReading&, Matrix3& axes) {
   const std::vector<SceneNode> rows = node.list();
   if (rows.size() != 2)
     node.fail(
         "expected two lists of three numbers: the material's axes 1 and 2, in those of the mesh");
-  // Axes that are orthonormal to round-off stay as they are: a scene that is passed on means the
-  // same material to the last bit.
-  constexpr double round_off = 1e-14, parallel = 1e-6;
-  const auto unit = [](const Vector3& v) {
-    return std::abs(v.norm() - 1) < round_off ? v : Vector3(v / v.norm());
-  };
-  const Vector3 first = unit(rows[0].vector3()), given = unit(rows[1].vector3());
-  const double along = first.dot(given);
-  if (!(std::abs(along) < 1 - parallel)) node.fail("are zero or parallel, expected two directions");
-  const Vector3 second = std::abs(along) < round_off ? given : unit(given - along * first);
-  axes << first.transpose(), second.transpose(), first.cross(second).transpose();
+  const std::optional<Matrix3> found = material_axes(rows[0].vector3(), rows[1].vector3());
+  if (!found) node.fail("are zero or parallel, expected two directions");
+  axes = *found;
 }
 
 // E_1 E_2 E_3 and G_12 G_23 G_13
@@ -37,9 +23,7 @@ void read_moduli(const SceneNode& node, const SceneReading&, Vector3& moduli) {
 }
 
 void check_orthotropy(const SceneMap& map, const Orthotropy& of) {
-  const Matrix3 normal = normal_stiffness(of);
-  if (!(normal(0, 0) > 0 && normal.topLeftCorner<2, 2>().determinant() > 0 &&
-        normal.determinant() > 0))
+  if (!is_definite(of))
     map.at("poissons_ratio")
         .fail(
             "with these moduli strains exist that would give energy: expected nu_12^2 below E_1 / "

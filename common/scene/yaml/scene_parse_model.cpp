@@ -145,7 +145,7 @@ void read_kind(const SceneNode& node, const SceneReading& reading, Instance& ins
 
 std::vector<SceneKey> scene_keys(Component::BlockOptions& block) {
   return {{"material", material_name(block.material)},
-          {"element", OneWord{block.element, hex8_words}},
+          {"element", OneWord{block.element, hex_words}},
           {"thickness", Number{block.thickness, positive}}};
 }
 
@@ -155,7 +155,7 @@ std::vector<SceneKey> scene_keys(Component& c) {
   return {{"mesh", File{c.mesh}, c.has_mesh, true},
           {"material", material_name(c.material)},
           {"blocks", Own{c, read_blocks, blocks}},
-          {"element", OneWord{c.element, hex8_words}, c.has_mesh},
+          {"element", OneWord{c.element, hex_words}, c.has_mesh},
           {"mass", OneWord{c.mass, mass_words}, c.has_mesh},
           {"points", Own{c, read_points, points}, c.has_mesh},
           {"reduction", Own{c, read_reduction, reduction_text}, c.has_mesh},

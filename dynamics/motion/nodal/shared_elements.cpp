@@ -48,7 +48,7 @@ Corners corners_of(const Mesh& mesh, const Block& block, Index e) {
 std::optional<BoxStiffness> box_stiffness(const BlockProperties& properties, const Corners& shape) {
   Points X(8, 3);
   for (int b = 0; b < 8; ++b) X.row(corner_of_bits[b]) = shape.row(b);
-  const Matrix K = element_stiffness(ElementType::hex8, properties.hex8, X, properties.material);
+  const Matrix K = element_stiffness(ElementType::hex8, properties.hex, X, properties.material);
   Matrix H = Matrix::Zero(24, 24);
   for (unsigned w = 0; w < 8; ++w)
     for (unsigned b = 0; b < 8; ++b)

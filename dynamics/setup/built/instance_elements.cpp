@@ -260,10 +260,9 @@ Matrix InstanceElements::element_stresses(const Points& u) const {
   Index row = 0;
   for (const Group& group : groups_)
     for (Index e = 0; e < group.nodes.rows(); ++e)
-      stress.row(row++) =
-          element_stress(group.type, group.properties.hex8, element_points(group, e),
-                         group.properties.material, element_motion(group, e, u))
-              .transpose();
+      stress.row(row++) = element_stress(group.type, group.properties.hex, element_points(group, e),
+                                         group.properties.material, element_motion(group, e, u))
+                              .transpose();
   return stress;
 }
 
@@ -272,7 +271,7 @@ Matrix InstanceElements::nodal_stresses(const Points& u) const {
   for (const Group& group : groups_) {
     for (Index e = 0; e < group.nodes.rows(); ++e) {
       const Matrix of_element =
-          element_nodal_stress(group.type, group.properties.hex8, element_points(group, e),
+          element_nodal_stress(group.type, group.properties.hex, element_points(group, e),
                                group.properties.material, element_motion(group, e, u));
       for (Index a = 0; a < of_element.rows(); ++a)
         stress.row(place_(group.nodes(e, a), group.material)) += of_element.row(a);

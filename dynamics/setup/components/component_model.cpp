@@ -435,8 +435,10 @@ MeshedComponent read_meshed(SceneIndex& index, const Component& component,
   }
   const auto phase = report.phase("setup");
   meshed.properties = block_properties(scene, component, *meshed.mesh);
+  // Modes need no inverse of M, and are those of CalculiX
+  for (BlockProperties& of : meshed.properties) of.reduced_mass = options.mesh_modes.has_value();
   warn_of_blocks(component, block_provenance(*meshed.mesh, meshed.properties), report);
-  warn_of_dropped(component, *meshed.mesh, report);
+  warn_of_mesh(component, *meshed.mesh, meshed.properties, report);
   const auto assembled = [&](MassKind mass) {
     return std::make_shared<FiniteElementModel>(
         naming(component.mesh, [&] { return assemble(*meshed.mesh, meshed.properties, mass); }));

@@ -66,8 +66,8 @@ std::vector<BlockProperties> properties_in_file(
     BlockProperties of;
     of.material = {number("youngs_modulus"), number("poissons_ratio"), number("density")};
     const std::string element = told("element");
-    for (const auto& [word, formulation] : hex8_words)
-      if (word == element) of.hex8 = formulation;
+    for (const auto& [word, formulation] : hex_words)
+      if (element_word(std::string(name(block.type)), formulation) == element) of.hex = formulation;
     properties.push_back(of);
   }
   return properties;

@@ -86,6 +86,17 @@ TEST(ContentHash, differsForWhatMatters) {
   EXPECT_EQ(hashes.size(), 3 + different.size());
 }
 
+// Letters of a deck choose the element where the scene does not.
+TEST(ContentHash, ofADeckHasNoDefaultElement) {
+  const std::string given = replaced(scene_text, "    reduction",
+                                     "    element: reduced\n    reduction"),
+                    usual = replaced(scene_text, "    reduction",
+                                     "    element: hex8-incompatible\n    reduction");
+  EXPECT_EQ(hash_of(scene_text, "mesh"), hash_of(usual, "mesh"));
+  EXPECT_NE(hash_of(scene_text, "*NODE"), hash_of(usual, "*NODE"));
+  EXPECT_NE(hash_of(scene_text, "*NODE"), hash_of(given, "*NODE"));
+}
+
 TEST(ContentHash, needsTheMesh) {
   const TemporaryFolder folder;
   const Scene scene = test::read_text(folder, scene_text);

@@ -60,9 +60,9 @@ TEST(BlockProperties, followTheBlocksOfTheMesh) {
   const auto properties = block_properties(scene, scene.components.at("block"), mesh);
   ASSERT_EQ(properties.size(), 3u);
   EXPECT_EQ(properties[0].material.density, 7836);
-  EXPECT_EQ(properties[0].hex8, Hex8Formulation::hourglass);
+  EXPECT_EQ(properties[0].hex, HexFormulation::hourglass);
   EXPECT_EQ(properties[1].material.density, 0.1);
-  EXPECT_EQ(properties[1].hex8, Hex8Formulation::full);
+  EXPECT_EQ(properties[1].hex, HexFormulation::full);
   // 'bare' gives a material to block 'all' only.
   // the mesh has no block 'all'
   EXPECT_THROW(block_properties(scene, scene.components.at("bare"), mesh), InputError);

@@ -51,7 +51,7 @@ Brick make_brick(std::array<Index, 3> n, const Vector3& size, const Material& ma
                  MassKind mass) {
   Brick b;
   b.mesh = brick(n, size);
-  b.fe = assemble(b.mesh, {{material, Hex8Formulation::incompatible}}, mass);
+  b.fe = assemble(b.mesh, {{material, HexFormulation::incompatible}}, mass);
   b.geometry = geometry_of(b.mesh, b.fe);
   return b;
 }

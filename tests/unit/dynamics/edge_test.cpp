@@ -171,7 +171,7 @@ TEST(Edges, AConcaveCornerHoldsWithoutBringingEnergy) {
       // The L in the place of the second body
       test::Brick l;
       l.mesh = l_shape();
-      l.fe = assemble(l.mesh, {{shape.material, Hex8Formulation::incompatible}}, MassKind::lumped);
+      l.fe = assemble(l.mesh, {{shape.material, HexFormulation::incompatible}}, MassKind::lumped);
       l.geometry = geometry_of(l.mesh, l.fe);
       sim.bodies[1] = std::make_unique<MeshBody>(
           "l", std::make_shared<MeshModel>(mesh_model(l.fe, l.geometry.coordinates, true)),

@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "common/files/hdf5_file.hpp"
+#include "dynamics/output/field_grids.hpp"
 #include "dynamics/program.hpp"
 #include "tests/formats/temporary_folder.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
@@ -36,6 +37,22 @@ class Fields : public ::testing::Test {
 
   test::TemporaryFolder folder_;
 };
+
+// VTK has the upper mid-edges before the upright ones.
+TEST(FieldGrids, CellsOfSecondOrderComeInTheOrderOfVtk) {
+  const auto order = [](ElementType type) {
+    IndexTable nodes(1, n_nodes(type));
+    for (Index i = 0; i < nodes.cols(); ++i) nodes(0, i) = i;
+    const IndexTable vtk = vtk_order(nodes, type);
+    EXPECT_EQ(vtk_order(vtk, type), nodes.leftCols(vtk.cols()));
+    return std::vector<Index>(vtk.data(), vtk.data() + vtk.size());
+  };
+  EXPECT_EQ(order(ElementType::wedge15),
+            (std::vector<Index>{0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11}));
+  EXPECT_EQ(order(ElementType::hex27), (std::vector<Index>{0,  1,  2,  3,  4,  5,  6,  7,  8, 9, 10,
+                                                           11, 16, 17, 18, 19, 12, 13, 14, 15}));
+  EXPECT_EQ(order(ElementType::tet10).back(), 9);
+}
 
 // Gradient of a trilinear field at the centre of a hex8, du_i / dx_j: corner a has the reference
 // position xi_a = +-1.

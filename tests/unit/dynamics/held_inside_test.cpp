@@ -24,7 +24,7 @@ namespace {
 Superelement clamped() {
   const Mesh mesh = test::block_mesh(
       {{4, 3, 2}, Vector3(1, 0.8, 0.7), [](const Vector3& x) -> Vector3 { return x; }});
-  const std::vector<BlockProperties> properties = {{{100, 0.3, 1}, Hex8Formulation::incompatible}};
+  const std::vector<BlockProperties> properties = {{{100, 0.3, 1}, HexFormulation::incompatible}};
   ReductionOptions options;
   options.interface_sets = {"x_max"};
   options.modes = 8;
@@ -159,7 +159,7 @@ TEST(HeldInside, IsNotWhatWrongCoordinatesMake) {
   options.interface_sets = {"x_max"};
   options.modes = 8;
   Report report("test", Verbosity::quiet);
-  Superelement s = reduce(mesh, {{{100, 0.3, 1}, Hex8Formulation::incompatible}}, MassKind::lumped,
+  Superelement s = reduce(mesh, {{{100, 0.3, 1}, HexFormulation::incompatible}}, MassKind::lumped,
                           options, {}, report);
   EXPECT_FALSE(is_held_inside(s));
   EXPECT_EQ(resisted_rigid_motions(s).rows(), 0);
@@ -183,7 +183,7 @@ const std::vector<FixedSet> plane = {{"y_min", {false, true, false}, {}}};
 Vector symmetric_eigenvalues(MassKind mass) {
   const Mesh mesh = part_of_block(false);
   const FiniteElementModel model =
-      assemble(mesh, {{{100, 0.3, 1}, Hex8Formulation::incompatible}}, mass);
+      assemble(mesh, {{{100, 0.3, 1}, HexFormulation::incompatible}}, mass);
   const Points x = mesh.coordinates(model.nodes, Eigen::all);
   Matrix G = Matrix::Zero(3 * x.rows(), 3 * x.rows());
   Index column = 0;
@@ -207,7 +207,7 @@ Vector symmetric_eigenvalues(MassKind mass) {
 Superelement half_block(ReductionOptions options, MassKind mass = MassKind::lumped) {
   if (options.interface_sets.empty()) options.interface_sets = {"x_max"};
   Report report("test", Verbosity::quiet);
-  return reduce(part_of_block(true), {{{100, 0.3, 1}, Hex8Formulation::incompatible}}, mass,
+  return reduce(part_of_block(true), {{{100, 0.3, 1}, HexFormulation::incompatible}}, mass,
                 options, {}, report);
 }
 

@@ -53,13 +53,13 @@ TEST(MeshForces, SharedAndAssembledAreTheProductOfK) {
     for (const auto variant : {MeshForces::Variant::assembled, MeshForces::Variant::shared,
                                MeshForces::Variant::automatic})
       expect_product(b.fe,
-                     MeshForces(b.fe, b.mesh, {{steel, Hex8Formulation::incompatible}}, variant));
+                     MeshForces(b.fe, b.mesh, {{steel, HexFormulation::incompatible}}, variant));
   }
 }
 
 TEST(MeshForces, AllElementsOfABlockAreShared) {
   for (const auto formulation :
-       {Hex8Formulation::full, Hex8Formulation::incompatible, Hex8Formulation::hourglass}) {
+       {HexFormulation::full, HexFormulation::incompatible, HexFormulation::hourglass}) {
     const Mesh mesh = test::brick({20, 10, 15}, Vector3(0.0381, 0.0254, 0.0381));
     const FiniteElementModel fe = assemble(mesh, {{steel, formulation}}, MassKind::lumped);
     const MeshForces forces(fe, mesh, {{steel, formulation}});
@@ -85,8 +85,8 @@ TEST(MeshForces, WhatIsNotSharedIsAssembled) {
   block.element_ids.erase(block.element_ids.begin(), block.element_ids.begin() + n_other);
   mesh.blocks.push_back(other);
   mesh.sidesets.clear();
-  const std::vector<BlockProperties> properties{{steel, Hex8Formulation::incompatible},
-                                                {{70, 0.2, 1}, Hex8Formulation::full}};
+  const std::vector<BlockProperties> properties{{steel, HexFormulation::incompatible},
+                                                {{70, 0.2, 1}, HexFormulation::full}};
   const FiniteElementModel fe = assemble(mesh, properties, MassKind::lumped);
   const MeshForces forces(fe, mesh, properties);
   EXPECT_EQ(forces.n_shared_elements(), 11 * 6 * 8);
@@ -97,7 +97,7 @@ TEST(MeshForces, NothingIsSharedOfADistortedMesh) {
   Mesh mesh = test::brick({6, 5, 4}, Vector3(1, 0.7, 0.9));
   std::mt19937 random(3);
   mesh.coordinates += random_points(random, mesh.coordinates.rows(), 0.01);
-  const std::vector<BlockProperties> properties{{steel, Hex8Formulation::incompatible}};
+  const std::vector<BlockProperties> properties{{steel, HexFormulation::incompatible}};
   const FiniteElementModel fe = assemble(mesh, properties, MassKind::lumped);
   const MeshForces forces(fe, mesh, properties);
   EXPECT_EQ(forces.n_shared_elements(), 0);
@@ -119,7 +119,7 @@ TEST(MeshForces, HalfOfTheMatrixServesAnyNumbering) {
     mesh.coordinates.row(place[i]) = X.row(static_cast<Index>(i));
   for (Index& node : mesh.blocks[0].connectivity.reshaped()) node = place[node];
   mesh.sidesets.clear();
-  const std::vector<BlockProperties> properties{{steel, Hex8Formulation::incompatible}};
+  const std::vector<BlockProperties> properties{{steel, HexFormulation::incompatible}};
   const FiniteElementModel fe = assemble(mesh, properties, MassKind::lumped);
   expect_product(fe, MeshForces(fe, mesh, properties));
   expect_product(fe, MeshForces(fe.K));
@@ -127,7 +127,7 @@ TEST(MeshForces, HalfOfTheMatrixServesAnyNumbering) {
 
 TEST(MeshForces, ATranslationMakesNoForceToTheLastBit) {
   const test::Brick b = test::make_brick({9, 4, 5}, Vector3(1, 0.7, 0.9), steel);
-  const MeshForces forces(b.fe, b.mesh, {{steel, Hex8Formulation::incompatible}});
+  const MeshForces forces(b.fe, b.mesh, {{steel, HexFormulation::incompatible}});
   ASSERT_GT(forces.n_shared_elements(), 0);
   const Points u = Vector3(3, -2, 1e6).transpose().replicate(forces.rows(), 1);
   EXPECT_EQ(product(forces, u, 2), Points(Points::Zero(forces.rows(), 3)));
@@ -136,7 +136,7 @@ TEST(MeshForces, ATranslationMakesNoForceToTheLastBit) {
 // The same motion, whatever the forces are formed by and however many threads form them.
 TEST(MeshForces, BodiesMoveAlike) {
   const test::Brick b = test::make_brick({20, 10, 15}, Vector3(1, 0.7, 0.9), steel);
-  const std::vector<BlockProperties> properties{{steel, Hex8Formulation::incompatible}};
+  const std::vector<BlockProperties> properties{{steel, HexFormulation::incompatible}};
   const auto model = [&](MeshForces::Variant variant) {
     return std::make_shared<MeshModel>(mesh_model(b.fe, b.geometry.coordinates, true,
                                                   MeshForces(b.fe, b.mesh, properties, variant)));

@@ -31,8 +31,8 @@ Superelement reduced(Basis basis, MassKind mass = MassKind::lumped,
     options.characteristic.modes = 6;
   }
   Report report("test", Verbosity::quiet);
-  return reduce(mesh, {BlockProperties{{100, 0.3, 1}, Hex8Formulation::incompatible}}, mass,
-                options, {}, report);
+  return reduce(mesh, {BlockProperties{{100, 0.3, 1}, HexFormulation::incompatible}}, mass, options,
+                {}, report);
 }
 
 std::string refusal(Superelement s, const std::function<void(Superelement&)>& change = {}) {

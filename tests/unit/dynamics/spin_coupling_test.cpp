@@ -34,7 +34,7 @@ Superelement block() {
   options.interface_sets = {"x_min", "x_max", "y_min", "y_max"};
   options.modes = 0;
   Report report("test", Verbosity::quiet);
-  Superelement s = reduce(mesh, {BlockProperties{{2000, 0.3, 1}, Hex8Formulation::incompatible}},
+  Superelement s = reduce(mesh, {BlockProperties{{2000, 0.3, 1}, HexFormulation::incompatible}},
                           MassKind::lumped, options, {}, report);
   const Index m = s.n() - 6;
   Matrix P = Matrix::Zero(3 * m, 3 * m);

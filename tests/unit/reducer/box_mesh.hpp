@@ -112,7 +112,7 @@ inline Material paper_steel() { return {5.17e12, 0.3, 7836}; }
 
 inline std::vector<BlockProperties> properties(const Mesh& mesh, const Material& material) {
   return std::vector<BlockProperties>(mesh.blocks.size(),
-                                      BlockProperties{material, Hex8Formulation::incompatible});
+                                      BlockProperties{material, HexFormulation::incompatible});
 }
 
 }  // namespace cbr::test

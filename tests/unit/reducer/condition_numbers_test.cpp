@@ -314,8 +314,8 @@ Superelement soft_and_stiff(double ratio, Basis basis, Report& report) {
   options.modes = basis == Basis::massless ? 30 : 384;
   options.basis = basis;
   if (basis == Basis::characteristic) options.characteristic.modes = 30;
-  const BlockProperties a{{1 / ratio, 0.3, 1 / ratio}, Hex8Formulation::incompatible};
-  const BlockProperties b{{1, 0.3, 8 / ratio}, Hex8Formulation::incompatible};
+  const BlockProperties a{{1 / ratio, 0.3, 1 / ratio}, HexFormulation::incompatible};
+  const BlockProperties b{{1, 0.3, 8 / ratio}, HexFormulation::incompatible};
   return reduce(mesh, {a, b}, MassKind::lumped, options, {}, report);
 }
 

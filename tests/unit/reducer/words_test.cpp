@@ -21,6 +21,7 @@
 #include "reducer/info.hpp"
 #include "reducer/judgement/summary_text.hpp"
 #include "reducer/partition/geometry_body.hpp"
+#include "tests/unit/common/elements/box_mesh.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test::words_test {
@@ -147,6 +148,21 @@ TEST_F(Words, ElementsThatLockAreWarnedOfNearIncompressibility) {
     EXPECT_EQ(cure_of(element, "0.48999999999999999"), "use a mesh of tet10");
   for (const char* element : {"hex8-hourglass", "tet10", "hex20", "hex27"})
     EXPECT_EQ(cure_of(element, "0.4999"), "");
+}
+
+// Four hex20 of C3D20R in a row; elsewhere none has four edges of its own along one axis.
+TEST_F(Words, RowsOfReducedIntegrationAreWarnedOf) {
+  const auto warned = [](const std::array<Index, 3>& cells, HexFormulation hex) {
+    Report report("test", Verbosity::quiet);
+    const Mesh mesh = box_mesh(ElementType::hex20, cells, Vector3(1, 1, 1));
+    warn_of_mesh({}, mesh, {{{1, 0.3, 1}, hex}}, report);
+    return join(report.warnings());
+  };
+  const std::string text = warned({1, 4, 1}, HexFormulation::reduced);
+  EXPECT_NE(text.find("block solid: 4 hex20 of reduced integration lie in rows"), std::string::npos)
+      << text;
+  EXPECT_EQ(warned({1, 4, 1}, HexFormulation::full), "");
+  EXPECT_EQ(warned({2, 4, 1}, HexFormulation::reduced), "");
 }
 
 TEST_F(Words, WavesAsInNoSolidAreWarnedOfWithTheUnitsThatGiveThem) {

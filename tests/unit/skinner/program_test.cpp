@@ -101,6 +101,19 @@ TEST(SkinProgram, skinsAMesh) {
   EXPECT_EQ(here.skin("--quiet brick.msh --sideset x_max -o s.msh").err, "");
 }
 
+TEST(SkinProgram, warnsOfReducedIntegrationWhichItsFileCannotHold) {
+  Here here;
+  test::write_text(
+      here.folder / "here" / "r.inp",
+      "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n"
+      "*ELEMENT, TYPE=C3D8R, ELSET=ALL\n1, 1,2,3,4,5,6,7,8\n*SURFACE, NAME=S\n1, S1\n");
+  const Outcome skinned = here.skin("r.inp --sideset S -o s.exo");
+  EXPECT_EQ(skinned.code, 0);
+  EXPECT_NE(skinned.err.find("block 'ALL' has reduced integration: give it element: reduced"),
+            std::string::npos)
+      << skinned.err;
+}
+
 TEST(SkinProgram, isAFilterOfScenes) {
   Here here;
   const Outcome from_file = here.skin("a.yaml");

@@ -54,7 +54,7 @@ std::vector<bool> on_boundary(const Mesh& mesh) {
 class Assembly : public testing::TestWithParam<ElementKind> {
  protected:
   FiniteElementModel model(const Mesh& mesh, MassKind mass = MassKind::consistent) const {
-    return assemble(mesh, {{steel, GetParam().hex8}}, mass);
+    return assemble(mesh, {{steel, GetParam().hex}}, mass);
   }
 };
 
@@ -85,7 +85,7 @@ TEST_P(Assembly, PatchTest) {
     Points u_e(block.connectivity.cols(), 3);
     for (Index i = 0; i < u_e.rows(); ++i) u_e.row(i) = u.row(block.connectivity(e, i));
     const auto found =
-        element_stress(block.type, GetParam().hex8, points_of(mesh, block, e), steel, u_e);
+        element_stress(block.type, GetParam().hex, points_of(mesh, block, e), steel, u_e);
     EXPECT_LE((found - stress).norm(), 1e-12 * stress.norm()) << "element " << e;
   }
 }
@@ -107,7 +107,7 @@ TEST_P(Assembly, IsTheSumOfItsElements) {
   Matrix K = Matrix::Zero(fe.K.rows(), fe.K.cols()), M = K;
   for (Index e = 0; e < block.connectivity.rows(); ++e) {
     const Points X = points_of(mesh, block, e);
-    const Matrix k = element_stiffness(block.type, GetParam().hex8, X, steel),
+    const Matrix k = element_stiffness(block.type, GetParam().hex, X, steel),
                  m = element_mass(block.type, X, steel.density);
     for (Index i = 0; i < X.rows(); ++i)
       for (Index j = 0; j < X.rows(); ++j) {

@@ -13,6 +13,7 @@
 
 #include "common/fem/elements/element.hpp"
 #include "common/mesh/mesh.hpp"
+#include "common/scene/scene_words.hpp"
 #include "tests/unit/common/mesh/sample_meshes.hpp"
 
 namespace cbr::test {
@@ -23,19 +24,18 @@ inline constexpr std::array<ElementType, 8> volume_types = {
 
 struct ElementKind {
   ElementType type;
-  Hex8Formulation hex8 = Hex8Formulation::incompatible;
+  HexFormulation hex = HexFormulation::incompatible;
 };
 
 inline void PrintTo(const ElementKind& kind, std::ostream* out) {
-  *out << name(kind.type);
-  if (kind.type == ElementType::hex8) *out << ' ' << name(kind.hex8);
+  *out << element_word(std::string(name(kind.type)), kind.hex);
 }
 
 inline std::vector<ElementKind> element_kinds() {
   std::vector<ElementKind> kinds;
   for (const ElementType type : volume_types) kinds.push_back({type});
-  kinds.push_back({ElementType::hex8, Hex8Formulation::full});
-  kinds.push_back({ElementType::hex8, Hex8Formulation::hourglass});
+  for (const auto hex : {HexFormulation::full, HexFormulation::hourglass, HexFormulation::reduced})
+    kinds.push_back({ElementType::hex8, hex});
   return kinds;
 }
 

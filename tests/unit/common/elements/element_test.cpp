@@ -36,9 +36,9 @@ Points affine(ElementType type) {
 class Element : public testing::TestWithParam<ElementKind> {
  protected:
   ElementType type = GetParam().type;
-  Hex8Formulation hex8 = GetParam().hex8;
+  HexFormulation hex = GetParam().hex;
   Matrix stiffness(const Points& X, const Material& material = steel) const {
-    return element_stiffness(type, hex8, X, material);
+    return element_stiffness(type, hex, X, material);
   }
 };
 
@@ -101,7 +101,7 @@ TEST_P(Element, StressOfALinearFieldIsExact) {
   H << 3e-4, -2e-4, 5e-4, 1e-4, 7e-4, -4e-4, 2e-4, 6e-4, -1e-4;
   const Points X = distorted(type);
   const Points u = (X * H.transpose()).rowwise() + Vector3(1, 2, 3).transpose();
-  const auto found = element_stress(type, hex8, X, steel, u);
+  const auto found = element_stress(type, hex, X, steel, u);
   const double lambda = 210e9 * 0.3 / (1.3 * 0.4), mu = 210e9 / 2.6;
   const Matrix3 stress = lambda * H.trace() * Matrix3::Identity() + mu * (H + H.transpose());
   Eigen::Matrix<double, 6, 1> exact;
@@ -209,7 +209,7 @@ TEST_P(Mass, RigidBodyOfAParallelepipedIsExact) {
   const double rho = 3;
   const Mesh mesh = box_mesh(type, {2, 1, 2}, L);
   for (const MassKind kind : {MassKind::consistent, MassKind::lumped}) {
-    const auto model = assemble(mesh, {{{1, 0.3, rho}, Hex8Formulation::full}}, kind);
+    const auto model = assemble(mesh, {{{1, 0.3, rho}, HexFormulation::full}}, kind);
     const RigidBody body = rigid_body(model.M, mesh.coordinates);
     EXPECT_NEAR(body.mass, rho * L.prod(), 1e-14 * body.mass);
     if (kind == MassKind::lumped) continue;
@@ -242,15 +242,28 @@ TEST_P(Mass, QualityTellsInvertedFromSound) {
 INSTANTIATE_TEST_SUITE_P(All, Element, testing::ValuesIn(element_kinds()));
 INSTANTIATE_TEST_SUITE_P(All, Mass, testing::ValuesIn(volume_types));
 
-TEST(Hex8Formulation, NamesGoBothWays) {
-  for (const auto formulation :
-       {Hex8Formulation::full, Hex8Formulation::incompatible, Hex8Formulation::hourglass})
-    EXPECT_EQ(parse_hex8_formulation(name(formulation)), formulation);
-  EXPECT_THROW(parse_hex8_formulation("hex9"), InputError);
+// C3D20R has six motions without strain at its points beside the rigid ones, C3D15 none.
+TEST(ReducedIntegration, StrainsLinearFieldsExactlyInStraightElements) {
+  Matrix3 H;
+  H << 0.3, -0.2, 0.5, 0.1, 0.7, -0.4, 0.2, 0.6, -0.1;
+  for (const auto& [type, n_zero] :
+       {std::pair{ElementType::hex20, 12}, {ElementType::wedge15, 6}}) {
+    const Points X = element_points(type, skew_corners(type)), u = X * H.transpose();
+    const Matrix K = element_stiffness(type, HexFormulation::reduced, X, steel),
+                 full = element_stiffness(type, HexFormulation::full, X, steel);
+    const Eigen::Map<const Vector> q(u.data(), u.size());
+    EXPECT_LE((K * q - full * q).norm(), 1e-13 * (full * q).norm());
+    EXPECT_GT((K - full).norm(), 0.01 * full.norm());
+    const Vector lambda = symmetric_eigenvalues(K);
+    EXPECT_LE(lambda.head(n_zero).cwiseAbs().maxCoeff(), 1e-13 * lambda.maxCoeff());
+    EXPECT_GE(lambda(n_zero), 1e-4 * lambda.maxCoeff());
+    EXPECT_NEAR(element_mass(type, X, 1, HexFormulation::reduced).sum(),
+                element_mass(type, X, 1).sum(), 1e-14 * X.norm());
+  }
 }
 
 // Pure bending of a square brick, u = (x y, -x^2/2 - nu (y^2 - z^2)/2, -nu y z), E = 1.
-double energy_of_bending(Hex8Formulation formulation, double nu) {
+double energy_of_bending(HexFormulation formulation, double nu) {
   const Points X = box_mesh(ElementType::hex8, {1, 1, 1}, Vector3(2, 2, 2)).coordinates.rowwise() -
                    Vector3(1, 1, 1).transpose();
   Points corners(8, 3);
@@ -266,19 +279,19 @@ double energy_of_bending(Hex8Formulation formulation, double nu) {
 
 constexpr double exact_bending = 0.5 * (2 * 8.0 / 12) * 2;  // E I kappa^2 L / 2
 
-TEST(Hex8Formulation, IncompatibleModesBendWithoutLocking) {
-  EXPECT_NEAR(energy_of_bending(Hex8Formulation::incompatible, 0.3), exact_bending, 1e-13);
-  EXPECT_GT(energy_of_bending(Hex8Formulation::full, 0.3), 1.3 * exact_bending);
+TEST(HexFormulation, IncompatibleModesBendWithoutLocking) {
+  EXPECT_NEAR(energy_of_bending(HexFormulation::incompatible, 0.3), exact_bending, 1e-13);
+  EXPECT_GT(energy_of_bending(HexFormulation::full, 0.3), 1.3 * exact_bending);
 }
 
 // All of it is that of two hourglass modes, of 1 and nu: a share of E (1 + nu^2) at any ratio,
 // below the exact one. The modulus of pressure waves gave 170 times the exact one at the last
 // ratio.
-TEST(Hex8Formulation, HourglassStiffnessDoesNotGrowNearIncompressibility) {
-  const double at_zero = energy_of_bending(Hex8Formulation::hourglass, 0);
+TEST(HexFormulation, HourglassStiffnessDoesNotGrowNearIncompressibility) {
+  const double at_zero = energy_of_bending(HexFormulation::hourglass, 0);
   EXPECT_GT(at_zero, 0.4 * exact_bending);
   for (const double nu : {-0.5, 0.3, 0.49, 0.499, 0.4999}) {
-    const double energy = energy_of_bending(Hex8Formulation::hourglass, nu);
+    const double energy = energy_of_bending(HexFormulation::hourglass, nu);
     EXPECT_NEAR(energy, at_zero * (1 + nu * nu), 1e-10 * at_zero) << nu;
     EXPECT_LT(energy, exact_bending) << nu;
   }

@@ -43,7 +43,7 @@ TEST(NodalStress, OfALinearMotionIsTheSameAtEveryNode) {
       for (Index d = 0; d < 3; ++d) X(i, d) += 0.03 * random();
     const Matrix3 G = some_gradient();
     const Matrix found = element_nodal_stress(
-        c.type, c.hex8, X, material,
+        c.type, c.hex, X, material,
         motion(X, [&](const Vector3& x) { return Vector3(G * x + Vector3(5, -7, 9)); }));
     ASSERT_EQ(found.rows(), X.rows());
     const Stress expected = stress_of(G);
@@ -73,7 +73,7 @@ TEST(NodalStress, OfAQuadraticMotionIsExactInStraightQuadraticElements) {
         });
     const Points X = points_of(mesh, mesh.blocks[0], 0);
     const Matrix found =
-        element_nodal_stress(type, Hex8Formulation::full, X, material, motion(X, u));
+        element_nodal_stress(type, HexFormulation::full, X, material, motion(X, u));
     for (Index i = 0; i < X.rows(); ++i) {
       const Stress expected = stress_of(gradient(X.row(i).transpose()));
       EXPECT_LT((found.row(i).transpose() - expected).norm(), 1e-11 * expected.norm())
@@ -95,10 +95,10 @@ TEST(NodalStress, OfPureBendingIsExactInTheIncompatibleBrick) {
     return Vector3(k * x[0] * x[1], -0.5 * k * (x[0] * x[0] + nu * (x[1] * x[1] - x[2] * x[2])),
                    -nu * k * x[1] * x[2]);
   };
-  const Matrix found = element_nodal_stress(ElementType::hex8, Hex8Formulation::incompatible, X,
+  const Matrix found = element_nodal_stress(ElementType::hex8, HexFormulation::incompatible, X,
                                             material, motion(X, u));
   const Matrix full =
-      element_nodal_stress(ElementType::hex8, Hex8Formulation::full, X, material, motion(X, u));
+      element_nodal_stress(ElementType::hex8, HexFormulation::full, X, material, motion(X, u));
   for (Index i = 0; i < 8; ++i) {
     const Stress expected = material.youngs_modulus * k * X(i, 1) * Stress::Unit(0);
     EXPECT_LT((found.row(i).transpose() - expected).norm(), 1e-12 * expected.norm());

@@ -8,6 +8,8 @@
 
 #include "common/scene/scene.hpp"
 #include "sample_meshes.hpp"
+#include "tests/support/solve.hpp"
+#include "tests/unit/common/elements/box_mesh.hpp"
 
 namespace cbr::deck_test {
 namespace {
@@ -26,9 +28,7 @@ std::filesystem::path put(const Folder& folder, const std::string& name, const s
   return file;
 }
 
-const std::string of_scene =
-                      ": supports, loads, contact, damping, axes of materials and steps "
-                      "are the scene's",
+const std::string of_scene = ": supports, loads, contact, damping and steps are the scene's",
                   of_materials =
                       ": materials have linear elasticity, density and damping in this "
                       "version";
@@ -101,6 +101,152 @@ TEST(Deck, wedgesOfSecondOrder) {
   }
   const auto cut = put(folder, "cut.bdf", "GRID,1\nCPENTA,1,7,1,2,3,4,5,6,\n,,8\n");
   EXPECT_NE(message_of([&] { read_mesh(cut); }).find("has 6 points"), std::string::npos);
+}
+
+// The mesh as a deck of solids of this word, with the lines of its material.
+std::string deck_text(const Mesh& mesh, const std::string& word, const std::string& material) {
+  std::ostringstream text;
+  text << std::setprecision(17) << "*NODE\n";
+  for (Index i = 0; i < mesh.coordinates.rows(); ++i)
+    text << i + 1 << ", " << mesh.coordinates(i, 0) << ", " << mesh.coordinates(i, 1) << ", "
+         << mesh.coordinates(i, 2) << "\n";
+  text << "*ELEMENT, TYPE=" << word << ", ELSET=E\n";
+  const Block& block = mesh.blocks[0];
+  const Index n = block.connectivity.cols(), n_upper = n > 8 ? n_corners(block.type) / 2 : 0;
+  for (Index e = 0; e < block.connectivity.rows(); ++e) {
+    text << e + 1;
+    for (Index i = 0; i < n; ++i) {
+      const Index moved = i < n - 2 * n_upper ? i : i < n - n_upper ? i + n_upper : i - n_upper;
+      text << "," << (i == 10 ? "\n" : " ") << block.connectivity(e, moved) + 1;
+    }
+    text << "\n";
+  }
+  return text.str() + "*MATERIAL, NAME=M\n*DENSITY\n7.8e-9\n" + material;
+}
+
+// Of a deck whose nodes at x = 0 are fixed.
+struct Answers {
+  Vector3 tip;           // displacement of the corner (4, 1, 1) under the force (100, 200, -300)
+  double frequency = 0;  // lowest, of consistent mass, Hz
+};
+
+Answers answers(const std::filesystem::path& deck) {
+  Component component;
+  component.mesh = deck;
+  const Mesh mesh = read_mesh(component);
+  auto properties = block_properties(Scene(), component, mesh);
+  properties[0].reduced_mass = true;
+  const auto fixed = [](const Vector3& x, int) { return std::abs(x[0]) < 1e-9; };
+  const auto model = assemble(mesh, properties, MassKind::lumped);
+  const auto dofs = test::free_dofs(mesh, model, fixed);
+  Index tip = 0;
+  mesh.coordinates.rowwise().sum().maxCoeff(&tip);
+  Matrix load = Matrix::Zero(model.K.rows(), 1);
+  load.middleRows<3>(3 * tip) << 100, 200, -300;
+  Matrix u = Matrix::Zero(model.K.rows(), 1);
+  const Matrix found = SparseCholesky(test::submatrix(model.K, dofs)).solve(Matrix(load(dofs, 0)));
+  u(dofs, 0) = found;
+  return {u.middleRows<3>(3 * tip),
+          test::frequencies(mesh, properties[0], MassKind::consistent, fixed, 1)(0)};
+}
+
+// References: CalculiX 2.20, *STATIC and *FREQUENCY, its seven digits. Its mass of C3D8R has
+// rank 1.
+TEST(Deck, solidsHaveTheAnswersOfCalculix) {
+  const auto skew = [](const Vector3& x) -> Vector3 {
+    return {x[0] * (1 + 0.025 * x[1] * x[2]), x[1] + 0.05 * x[0] * x[2], x[2] - 0.04 * x[0] * x[1]};
+  };
+  const auto sheared = [](const Vector3& x) -> Vector3 {
+    return {x[0], x[1] + 0.3 * x[0], x[2] - 0.1 * x[0] + 0.2 * x[1]};
+  };
+  const std::string steel = "*ELASTIC\n210000, 0.3\n*SOLID SECTION, ELSET=E, MATERIAL=M\n",
+                    wood =
+                        "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n"
+                        "130000, 9000, 11000, 0.3, 0.28, 0.4, 5000, 4000,\n3000, 293\n"
+                        "*ORIENTATION, NAME=O, SYSTEM=RECTANGULAR\n1, 1, 0.2, -1, 1, 0.3\n3, 0\n"
+                        "*SOLID SECTION, ELSET=E, MATERIAL=M, ORIENTATION=O\n";
+  struct Case {
+    std::string word;
+    ElementType type;
+    std::string material;
+    Answers of_calculix;
+  };
+  const Folder folder;
+  for (const auto& [word, type, material, expected] : std::vector<Case>{
+           {"C3D20R",
+            ElementType::hex20,
+            steel,
+            {{1.345232e-2, 3.104607e-1, -5.414081e-1}, 49675.48}},
+           {"C3D20",
+            ElementType::hex20,
+            steel,
+            {{1.103062e-2, 2.973541e-1, -5.159432e-1}, 49989.56}},
+           {"C3D15",
+            ElementType::wedge15,
+            steel,
+            {{1.199271e-2, 2.916974e-1, -5.100012e-1}, 49988.66}},
+           {"C3D8R", ElementType::hex8, steel, {{-1.194250e-1, 5.758413e-1, -8.490110e-1}}},
+           {"C3D20", ElementType::hex20, wood, {{-8.968994e-2, 3.580942, -6.670300}}}}) {
+    SCOPED_TRACE(word + material);
+    const Mesh mesh = word == "C3D8R" ? test::box_mesh(type, {4, 2, 2}, Vector3(4, 1, 1), sheared)
+                                      : test::box_mesh(type, {4, 2, 2}, Vector3(4, 1, 1), skew);
+    const Answers found = answers(put(folder, "box.inp", deck_text(mesh, word, material)));
+    EXPECT_LT((found.tip - expected.tip).norm(), 1e-6 * expected.tip.norm())
+        << found.tip.transpose();
+    if (expected.frequency > 0) EXPECT_NEAR(found.frequency / expected.frequency, 1, 1e-6);
+  }
+}
+
+TEST(Deck, blocksOfReducedIntegrationAreMarked) {
+  const Folder folder;
+  const Mesh box = test::box_mesh(ElementType::hex8, {2, 1, 1}, Vector3(2, 1, 1));
+  std::string text = deck_text(box, "C3D8R", "*SOLID SECTION, ELSET=E, MATERIAL=M\n");
+  const Mesh mesh = read_mesh(put(folder, "one.inp", text));
+  EXPECT_EQ(mesh.blocks.at(0).name, "E");
+  EXPECT_TRUE(mesh.blocks[0].reduced);
+  const auto second = text.find("\n2,", text.find("*ELEMENT")) + 1;
+  text.insert(second, "*ELEMENT, TYPE=C3D8I, ELSET=E\n");
+  const Mesh two = read_mesh(put(folder, "two.inp", text));
+  ASSERT_EQ(two.blocks.size(), 2U);
+  EXPECT_EQ(two.blocks[0].name, "E_reduced");
+  EXPECT_EQ(two.blocks[1].name, "E");
+  EXPECT_FALSE(two.blocks[1].reduced);
+  // The scene's word counts more than the letters
+  Scene scene;
+  scene.materials["steel"] = {2.1e5, 0.3, 7.8e-9};
+  Component component;
+  component.material = "steel";
+  EXPECT_EQ(block_properties(scene, component, mesh)[0].hex, HexFormulation::reduced);
+  component.element = HexFormulation::incompatible;
+  EXPECT_EQ(block_properties(scene, component, mesh)[0].hex, HexFormulation::incompatible);
+}
+
+TEST(Deck, engineeringConstantsThatAreOfNoUseAreNamed) {
+  const std::string elastic = "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n",
+                    good = "9, 9, 9, 0.3, 0.3, 0.3, 3, 3,\n3\n",
+                    section = "*SOLID SECTION, ELSET=E, MATERIAL=M, ORIENTATION=O\n";
+  const Mesh box = test::box_mesh(ElementType::hex8, {1, 1, 1}, Vector3(1, 1, 1));
+  const Folder folder;
+  for (const auto& [material, words] : std::vector<std::pair<std::string, std::string>>{
+           {elastic + "9, 9, 9, 0.3, 0.3, 0.3, 3, 3\n*ORIENTATION, NAME=O\n1,0,0,0,1,0\n",
+            "has 8 of nine engineering constants"},
+           {elastic + "9, 9, 9, 0.9, 0.9, 0.9, 3, 3,\n3\n*ORIENTATION, NAME=O\n1,0,0,0,1,0\n",
+            "with which strains exist that give energy"},
+           {elastic + good +
+                "9, 9, 9, 0.3, 0.3, 0.3, 3, 3,\n3\n*ORIENTATION, NAME=O\n1,0,0,0,1,0\n",
+            "depends on the temperature"},
+           {elastic + good + "*ORIENTATION, NAME=O\n1, 0, 0, 2, 0, 0\n", "on one line"},
+           {elastic + good + "*ORIENTATION, NAME=O, SYSTEM=CYLINDRICAL\n0,0,0,0,0,1\n",
+            "has an *ORIENTATION of SYSTEM=CYLINDRICAL"},
+           {elastic + good + "*ORIENTATION, NAME=O\n1,0,0,0,1,0\n3, 45\n",
+            "with a rotation about one of its axes"},
+           {elastic + good + "*ORIENTATION, NAME=O\n1, 0, 0\n", "six numbers"},
+           {elastic + good, "there is no *ORIENTATION 'O'"}}) {
+    const auto deck = put(folder, "box.inp", deck_text(box, "C3D8", material + section));
+    const std::string message = message_of([&] { answers(deck); });
+    EXPECT_NE(message.find(words), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
 }
 
 TEST(Deck, hostileIncludesAreOneLine) {

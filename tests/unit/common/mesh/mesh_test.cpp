@@ -63,7 +63,7 @@ TEST(Mesh, checkNamesTheFault) {
               m.coordinates(4, 1) = std::numeric_limits<double>::quiet_NaN();
             }).find("node 17"),
             std::string::npos);
-  EXPECT_NE(fault([](Mesh& m) { m.blocks[9].connectivity(0, 3) = 5000; }).find("hex8"),
+  EXPECT_NE(fault([](Mesh& m) { m.blocks[10].connectivity(0, 3) = 5000; }).find("hex8"),
             std::string::npos);
   EXPECT_NE(fault([](Mesh& m) { m.sidesets[0].sides[0].side = 9; }).find("'all sides': side 9"),
             std::string::npos);
