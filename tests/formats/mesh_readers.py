@@ -449,7 +449,7 @@ def check_med_refusals(folder):
             (put("MAI/QU4/FAM", 1, -99), ["QU4/FAM", "family -99"]), (put("NOE/FAM", 0, 77), ["NOE/FAM", "family 77"]),
             (cut("MAI/HE8/NOD"), ["HE8/NOD", "7 entries"]), (cut("MAI/QU4/FAM"), ["QU4/FAM", "1 entries, expected 2"]),
             (cut("NOE/COO"), ["NOE/COO", "35 numbers"]), (put("NOE/COO", 0, np.nan), ["finite"]),
-            (lambda file: file.move(f"{STEP}/MAI/PE6", f"{STEP}/MAI/P15"), ["P15", "PE6"]),
+            (lambda file: file.move(f"{STEP}/MAI/PE6", f"{STEP}/MAI/P18"), ["P18", "PE6"]),
             (lambda file: file.__delitem__(f"{STEP}/MAI"), ["no elements"]),
             (lambda file: file.copy("ENS_MAA/mesh", "ENS_MAA/other"), ["2 meshes", "mesh, other"]),
             (lambda file: file.copy(STEP, f"{STEP}2"), ["2 times"]),
