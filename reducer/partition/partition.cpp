@@ -85,21 +85,21 @@ Index rank_on_interface(const Mesh& mesh, const FiniteElementModel& model, const
   for (const auto* nodes : {&part.interior, &part.interface}) {
     for (const Index i : *nodes) size = std::max(size, (position(i) - center).norm());
   }
-  Points x(static_cast<Index>(part.interface.size()), 3);
-  for (Index i = 0; i < x.rows(); ++i)
-    x.row(i) = (position(part.interface[static_cast<std::size_t>(i)]) - center) / size;
-  const auto n_rotations = std::count_if(part.interface.begin(), part.interface.end(),
-                                         [&](Index i) { return i >= model.n_translations(); });
-  Matrix R = rigid_modes(x, Vector3::Zero(), n_rotations);
-  for (const Index i : part.interior) {
-    const Matrix at =
-        rigid_modes(Points((position(i) - center).transpose() / size), Vector3::Zero());
-    for (Index c = 0; c < 3; ++c) {
-      if (!model.is_fixed(3 * i + c)) continue;
-      R.conservativeResize(R.rows() + 1, Eigen::NoChange);
-      R.bottomRows(1) = at.row(c);
-    }
+  // Of the interior's nodes those with a fixed dof
+  std::vector<Index> nodes = part.interface, rows(3 * nodes.size());
+  std::iota(rows.begin(), rows.end(), Index{0});
+  for (const Index i : model.row_of_dof.empty() ? std::vector<Index>() : part.interior) {
+    const auto first = 3 * static_cast<Index>(nodes.size());
+    for (Index c = 0; c < 3; ++c)
+      if (model.is_fixed(3 * i + c)) rows.push_back(first + c);
+    if (rows.back() >= first) nodes.push_back(i);
   }
+  Points x(static_cast<Index>(nodes.size()), 3);
+  for (Index i = 0; i < x.rows(); ++i)
+    x.row(i) = (position(nodes[static_cast<std::size_t>(i)]) - center) / size;
+  const auto n_rotations = std::count_if(nodes.begin(), nodes.end(),
+                                         [&](Index i) { return i >= model.n_translations(); });
+  const Matrix R = rigid_modes(x, Vector3::Zero(), n_rotations)(rows, Eigen::all);
   return PivotedQr(R, collinear).rank();
 }
 
