@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string>
 
+#include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
 #include "reducer/judgement/accuracy.hpp"
 #include "reducer/judgement/summary_text.hpp"

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 
+#include "common/base/error.hpp"
 #include "common/base/number_text.hpp"
 #include "common/scene/scene_words.hpp"
 #include "common/scene/yaml/scene_parse.hpp"

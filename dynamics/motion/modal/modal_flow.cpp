@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/files/state_archive.hpp"
-
 namespace cbr {
 
 ModalFlow::ModalFlow(std::shared_ptr<const ModalForm> form, ModalRates damping)

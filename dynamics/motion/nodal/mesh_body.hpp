@@ -76,7 +76,6 @@ class MeshBody final : public Body {
   MeshBody(std::string name, std::shared_ptr<const MeshModel> model, const Placement& placement,
            const std::vector<HeldDirection>& held, std::shared_ptr<RowThreads> threads,
            MeshOptions options = {});
-  ~MeshBody() override;
 
   double largest_frequency() const override {
     return critical_frequency(largest_frequency_, damping_.beta);
@@ -226,7 +225,7 @@ class MeshBody final : public Body {
   mutable Field Kv_;
   double Ku_v_before_ = 0;  // K u . v- of a step of another length than the last
   BodyWork work_;
-  std::unique_ptr<Turning> turning_;  // none: linear
+  std::shared_ptr<Turning> turning_;  // none: linear
 };
 
 }  // namespace cbr

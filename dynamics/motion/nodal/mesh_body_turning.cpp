@@ -63,8 +63,6 @@ struct MeshBody::Turning {
   double energy_0 = 0;  // at the start
 };
 
-MeshBody::~MeshBody() = default;
-
 void MeshBody::turn_freely(const Vector3& angular_velocity) {
   const Matrix3& T = placement_.T;
   turning_.reset(new Turning);
