@@ -32,6 +32,7 @@ Points lasting_part(Points now, PairMemory& memory) {
   Points part = now;
   for (Index i = 0; i < now.rows(); ++i) {
     Vector3 lasts = now.row(i), line = 0.9 * lasts;
+    if (lasts.isZero(0)) continue;  // common() is 0, as at most nodes near a wall
     for (std::size_t k = 0; k < weight.size(); ++k) {
       const Vector3 before = memory.forces[k].row(i);
       lasts = common(lasts, before);
