@@ -82,10 +82,11 @@ MotionBound Body::motion_bound(Index set, bool quick) const {
 
 bool Body::at_rest() const { return own_at_rest() && !(supports_ && supports_->moves()); }
 
-void Body::predict(double t, double h) {
+void Body::predict(double t, double h, Index n_steps) {
   has_moved_ = true;
   t_ = t;
   h_ = h;
+  n_steps_ = n_steps;
   if (supports_) supports_->predict(t, h);
   predict_end();
 }

@@ -137,7 +137,8 @@ class Body {
   // without work. Before the first predict().
   virtual void add_start_impulse(const Vector& impulse);
 
-  void predict(double t, double h);
+  // n_steps: the regular steps that one jump over h replaces
+  void predict(double t, double h, Index n_steps = 1);
   void take_impulses(Index set, const Impulses& impulses);
   void add_impulses(Index set, const Points& impulses) { take_impulses(set, {impulses}); }
   // Lasting forces of contact on a set through the next step, n x 3; 0 rows, or no call: none.
@@ -275,6 +276,7 @@ class Body {
 
   BodyFacts facts_;
   double t_ = 0, h_ = 0;  // of the last step
+  Index n_steps_ = 1;
 
  private:
   [[noreturn]] void lacks(const char* ability) const;

@@ -31,6 +31,7 @@ class TimeLoop {
     outcome_.start(sim_);
     at_.assign(sim_.bodies.size(), 0);
     is_moving_.assign(sim_.bodies.size(), 0);
+    jump_friction_.assign(sim_.bodies.size(), 0);
     current_.assign(sim_.contact_nodes.size(), 0);
     located_ = current_;
     located_at_.assign(sim_.contact_nodes.size(), -2);
@@ -143,15 +144,22 @@ class TimeLoop {
   void bring(Index body, Index step) {
     if (is_behind(body, step)) ++recorder_.result().work.body_steps;
     jump(body, step);
+    state_.friction_work += std::exchange(jump_friction_[body], 0);
   }
 
   bool is_behind(Index body, Index step) const { return at_[body] != step && !resting_[body]; }
 
   void jump(Index body, Index step) {
     if (is_behind(body, step)) {
-      sim_.bodies[body]->predict(plan().time(at_[body]), length(at_[body], step));
-      sim_.bodies[body]->accept();
-      if (contact_of_[body] >= 0) current_[contact_of_[body]] = 0;
+      Body& moving = *sim_.bodies[body];
+      moving.predict(plan().time(at_[body]), length(at_[body], step), step - at_[body]);
+      if (const Index c = contact_of_[body]; c >= 0) {
+        current_[c] = 0;
+        if (state_.bodies[c].rubs)
+          jump_friction_[body] =
+              moving.residual_friction(sim_.contact_nodes[c].set, Points(0, 3), false);
+      }
+      moving.accept();
     }
     at_[body] = step;
   }
@@ -188,6 +196,8 @@ class TimeLoop {
           }
           if (start.contact >= 0) find_nodes(start.contact, step);
         });
+    for (const Start& start : starts_)
+      state_.friction_work += std::exchange(jump_friction_[start.body], 0);
     starts_.clear();
   }
 
@@ -330,9 +340,10 @@ class TimeLoop {
   std::vector<Index> located_at_;  // per contact body: the last step with start and end
   std::vector<char> is_moving_;    // per body
   std::vector<Index> moving_, due_;
-  std::vector<char> alone_;          // per body: BodyFacts::steps_alone
-  std::vector<Start> starts_;        // of this step, not yet done
-  std::vector<std::size_t> shared_;  // workspace of for_each_body()
+  std::vector<double> jump_friction_;  // per body: work of friction that a jump books
+  std::vector<char> alone_;            // per body: BodyFacts::steps_alone
+  std::vector<Start> starts_;          // of this step, not yet done
+  std::vector<std::size_t> shared_;    // workspace of for_each_body()
 };
 
 }  // namespace

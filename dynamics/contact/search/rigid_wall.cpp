@@ -17,24 +17,6 @@ Vector3 radial(const WallOptions& wall, const Vector3& x) {
   return wall.kind == Kind::cylinder ? Vector3(d - d.dot(wall.direction) * wall.direction) : d;
 }
 
-// Bound of the nodes from time t on.
-MotionBound later(const MotionBound& bound, double t) {
-  const Vector3 spread = bound.growth * t + bound.acceleration * (0.5 * t * t);
-  MotionBound b = bound;
-  b.lower += bound.lower_speed * t - spread;
-  b.upper += bound.upper_speed * t + spread;
-  b.growth += bound.acceleration * t;
-  return b;
-}
-
-// First time at which gap + speed t - growth t - acceleration t^2 / 2 reaches 0.
-double first_root(double gap, double speed, double growth, double acceleration) {
-  if (!(gap > 0)) return 0;
-  const double closing = growth - speed;
-  if (!(acceleration > 0)) return closing > 0 ? gap / closing : HUGE_VAL;
-  return 2 * gap / (closing + std::sqrt(closing * closing + 2 * acceleration * gap));
-}
-
 // Time during which all nodes stay beyond the plane direction . x = level.
 double time_beyond(const MotionBound& b, const Vector3& direction, double level) {
   double gap = -level, speed = 0, growth = 0, acceleration = 0;
@@ -203,6 +185,8 @@ void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, con
     if (!(distance.minCoeff() <= reach)) return;
     choose_standing(distance, reach, standing_reach, memory.standing.has);
   }
+  list.points.reserve(list.points.size() + slave.nodes.size());
+  Matrix3 frame = contact_frame(wall.normal(Vector3::Zero()));  // of planes that of all nodes
   for (Index slot = 0; slot < n; ++slot) {
     if (stands && memory.standing.has[static_cast<std::size_t>(slot)] == 0) continue;
     const Vector3 x0 = slave_body.start.row(slave.nodes[slot]).transpose() - from;
@@ -223,7 +207,8 @@ void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, con
     if (initial || (memory.face[slot] < 0 && start < memory.rest))
       keep_overlap(slot, start, initial, memory);
     ContactPoint point;
-    point.frame = contact_frame(normal);
+    if (!wall.is_plane()) frame = contact_frame(normal);
+    point.frame = frame;
     point.gap[0] = end - memory.offset[slot];
     point.start_gap = start - memory.offset[slot];
     point.area = facing_area(slave, slot, slave_body, point.normal());

@@ -2,6 +2,8 @@
 // Bounds of the motion of nodes.
 #pragma once
 
+#include <cmath>
+
 #include "common/base/types.hpp"
 
 namespace cbr {
@@ -12,5 +14,23 @@ namespace cbr {
 struct MotionBound {
   Vector3 lower, upper, lower_speed, upper_speed, growth, acceleration;
 };
+
+// The bound a time t >= 0 later.
+inline MotionBound later(const MotionBound& bound, double t) {
+  MotionBound then = bound;
+  const Vector3 spread = bound.growth * t + bound.acceleration * (0.5 * t * t);
+  then.lower += bound.lower_speed * t - spread;
+  then.upper += bound.upper_speed * t + spread;
+  then.growth += bound.acceleration * t;
+  return then;
+}
+
+// First time at which gap + speed t - growth t - acceleration t^2 / 2 reaches 0.
+inline double first_root(double gap, double speed, double growth, double acceleration) {
+  if (!(gap > 0)) return 0;
+  const double closing = growth - speed;
+  if (!(acceleration > 0)) return closing > 0 ? gap / closing : HUGE_VAL;
+  return 2 * gap / (closing + std::sqrt(closing * closing + 2 * acceleration * gap));
+}
 
 }  // namespace cbr

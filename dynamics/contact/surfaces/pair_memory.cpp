@@ -96,6 +96,13 @@ void forget(PairMemory& memory) {
   memory.depth = 0;
 }
 
+void pass_without_force(Index n_steps, PairMemory& memory) {
+  for (Index i = 0; i < std::min<Index>(n_steps, std::ssize(memory.forces)); ++i) {
+    std::rotate(memory.forces.begin(), memory.forces.end() - 1, memory.forces.end());
+    memory.forces[0].setZero();
+  }
+}
+
 void remember(const ContactList& list, std::size_t first, std::size_t last, const Points& end_gap,
               const Points& impulse, double closed, PairMemory& memory,
               const std::function<bool(std::size_t point)>& pushes) {

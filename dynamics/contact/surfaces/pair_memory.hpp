@@ -116,6 +116,9 @@ void keep_overlap(Index slot, double from_surface, bool initial, PairMemory& mem
 // closed. Free if nothing touched before.
 void forget(PairMemory& memory);
 
+// Steps without a search, as no impulses were possible.
+void pass_without_force(Index n_steps, PairMemory& memory);
+
 // Updates the state after the step: touching nodes (impulse or closed gap), and overlaps that have
 // opened; forget() without points. [first, last): points of this search. Rows of `end_gap` and
 // `impulse` (n x 3, in the points' frames) correspond to list.points. pushes: whether contact acts

@@ -147,7 +147,7 @@ void ModalBody::predict_modes() {
       newmark_.predict(t_, h_, flow_.loads(), now_, end_);
       break;
   }
-  residual_.predict(t_, h_);
+  residual_.predict(t_, h_, frame_ ? 1 : n_steps_);
 }
 
 // f_: modal forces of forces on the set's nodes. In a frame their sum moves the centre of mass in
@@ -285,7 +285,14 @@ void ModalBody::accept_central() {
 void ModalBody::own_accept() { frame_ ? frame_->accept() : accept_modes(); }
 
 void ModalBody::accept_modes() {
-  residual_.accept(now_.eta);
+  if (residual_.needs_last_step()) {
+    const auto n = static_cast<double>(n_steps_);
+    ModalState last;
+    flow_.advance(t_, h_ * (n - 1) / n, now_, last, nullptr);
+    residual_.accept(last.eta);
+  } else {
+    residual_.accept(now_.eta);
+  }
   switch (scheme()) {
     case Scheme::exact:
       accept_exact();

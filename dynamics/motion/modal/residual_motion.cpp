@@ -77,32 +77,44 @@ void ResidualMotion::add_predicted_positions(Index set, Points& x) const {
   if (is_pushed_ || !loads_.empty()) add_rows(sets_[set], sets_[set].w_end, x);
 }
 
-void ResidualMotion::predict(double t, double h) {
+void ResidualMotion::predict(double t, double h, Index n_steps) {
   if (!of_) return;
-  h_ = h;
-  following_ = of_->following(h, beta_);
-  const double left = follow_on(1 - h / following_);
+  is_predicted_ = true;
+  n_steps_ = n_steps;
+  h_ = h / static_cast<double>(n_steps);
+  following_ = of_->following(h_, beta_);
+  const double left = left_ = follow_on(1 - h_ / following_, n_steps);
   for (NodeSet& set : sets_) {
     set.w_end = left * set.w;
     set.force_end = left * set.force;
   }
   g_end_ = left * g_;
   for (ResidualLoad& load : loads_) {
-    const double value = load.factor * load.history.value(t + h);
-    load.end = beta_ > 0 ? (beta_ * load.now + h * value) / (beta_ + h) : value;
+    load.end = load_at_end(load, t);
     const double change = load.end - left * load.now;
     g_end_ += change * load.f;
     for (NodeSet& set : sets_) take_rows(load.Ff, set.of->row, change, set.w_end);
   }
 }
 
-// The share of the force that a step leaves: `share`, and nothing once that has died away.
-double ResidualMotion::follow_on(double share) {
+// The share of the force that the steps leave: share^n, and nothing once that has died away.
+double ResidualMotion::follow_on(double share, Index n_steps) {
   is_pushed_ = has_force_ && share != 0;
   if (!is_pushed_) return 0;
-  still_left_ *= std::abs(share);
+  const double left = n_steps == 1 ? share : std::pow(share, static_cast<double>(n_steps));
+  still_left_ *= std::abs(left);
   is_pushed_ = still_left_ > 1e-14;
-  return is_pushed_ ? share : 0;
+  return is_pushed_ ? left : 0;
+}
+
+// Damping lets it follow its history, regular step by regular step.
+double ResidualMotion::load_at_end(const ResidualLoad& load, double t) const {
+  double end = load.now;
+  for (Index i = beta_ > 0 ? 1 : n_steps_; i <= n_steps_; ++i) {
+    const double value = load.factor * load.history.value(t + static_cast<double>(i) * h_);
+    end = beta_ > 0 ? (beta_ * end + h_ * value) / (beta_ + h_) : value;
+  }
+  return end;
 }
 
 // pressed_ = B^T T^T impulses / following_
@@ -142,13 +154,13 @@ void ResidualMotion::push(Index set, const Impulses& impulses) {
 // The energy 1/2 g . F g changes by exactly the work of mean forces on its displacements. The rest
 // of the work of lambda is lost, but for that of damping, beta g' . F g'.
 double ResidualMotion::friction(Index set, const Points& impulses, bool between) {
-  if (!of_) return 0;
+  if (!of_ || !is_predicted_) return 0;
   NodeSet& its = sets_[set];
   const bool rubs = impulses.rows() > 0;
   if (!rubs && its.friction.isZero(0)) return 0;
   const Vector move = its.w_end - its.w;
   double work = 0.5 * its.friction.dot(move);
-  its.friction *= 1 - h_ / following_;
+  its.friction *= n_steps_ == 1 ? 1 - h_ / following_ : left_;
   if (rubs) {
     press_on(its, impulses);
     its.friction += pressed_;
@@ -161,9 +173,10 @@ double ResidualMotion::friction(Index set, const Points& impulses, bool between)
 
 void ResidualMotion::accept(const Vector& eta) {
   if (!of_) return;
-  const double rate = beta_ / h_;
+  is_predicted_ = false;
+  const double rate = damping_rate(), n = static_cast<double>(n_steps_);
   for (NodeSet& set : sets_) {
-    set.rate_before = (set.w_end - set.w) / h_;
+    set.rate_before = (set.w_end - set.w) / (n * h_);
     if (is_pushed_ || has_force_) {
       const Vector move = set.w_end - set.w;
       const double damped = rate * move.dot(set.force_end - set.force);
@@ -173,19 +186,37 @@ void ResidualMotion::accept(const Vector& eta) {
     }
     set.w.swap(set.w_end);
   }
+  was_in_contact_ = is_pushed_ || (has_force_ && n_steps_ == 1);
+  has_force_ = is_pushed_;
+  if (was_in_contact_) {
+    if (of_->is_massless) eta_before_ = eta;
+    g_before_ = n_steps_ == 1 ? g_ : before_last_step();
+  }
   for (ResidualLoad& load : loads_) {
     const double move = load.Ff.dot(g_end_ - g_), damped = rate * move * (load.end - load.now);
     work_.external += 0.5 * move * (load.now + load.end) + damped;
     work_.damping -= damped;
     load.now = load.end;
   }
-  was_in_contact_ = is_pushed_ || has_force_;
-  has_force_ = is_pushed_;
-  if (was_in_contact_) {
-    if (of_->is_massless) eta_before_ = eta;
-    g_before_ = g_;
-  }
   g_.swap(g_end_);
+}
+
+// What a force g in a step of h dissipates is beta / h |change of g|_F^2. Of a jump these are a
+// geometric series.
+double ResidualMotion::damping_rate() const {
+  const double rate = beta_ / h_, share = 1 - h_ / following_;
+  return n_steps_ == 1 ? rate : rate * (1 - share) * (1 + left_) / ((1 + share) * (1 - left_));
+}
+
+// g at the start of the last regular step of a jump
+Vector ResidualMotion::before_last_step() const {
+  const double share = 1 - h_ / following_, n = static_cast<double>(n_steps_);
+  Vector free = g_, loaded = Vector::Zero(g_.size());
+  for (const ResidualLoad& load : loads_) {
+    free -= load.now * load.f;
+    loaded += (load.end - (load.end - load.now) / n) * load.f;
+  }
+  return left_ / share * free + loaded;
 }
 
 std::shared_ptr<const ThinResponse> ResidualMotion::response(Index set, const ResponseOf& of,

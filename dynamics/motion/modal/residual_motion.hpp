@@ -37,10 +37,13 @@ class ResidualMotion {
   void turn_loads(const Vector& factors, const Vector& largest);
   Vector load() const;  // of all loads with a factor of 1, s
 
-  void predict(double t, double h);
+  // One jump over h does what n_steps of h / n_steps do.
+  void predict(double t, double h, Index n_steps);
   void push(Index set, const Impulses& impulses);
   double friction(Index set, const Points& impulses, bool between);
   const BodyWork& work() const { return work_; }
+  // Whether accept() reads eta at the start of the last regular step of a jump.
+  bool needs_last_step() const { return n_steps_ > 1 && is_pushed_ && is_massless(); }
   void accept(const Vector& eta);  // eta: modal coordinates at the start of the step
 
   // Each adds the part of the residual compliance.
@@ -86,7 +89,10 @@ class ResidualMotion {
   ResidualLoad load_of(const NodalForces& forces, const LoadHistory& history) const;
   void append_load(ResidualLoad load);
   void begin_load_step();
-  double follow_on(double share);
+  double follow_on(double share, Index n_steps);
+  double load_at_end(const ResidualLoad& load, double t) const;
+  double damping_rate() const;
+  Vector before_last_step() const;
   void add_rows(const NodeSet& set, const Vector& w, Points& x) const;
   void press_on(const NodeSet& set, const Points& impulses);
   void add_force(Index set, const Vector& still);
@@ -95,7 +101,9 @@ class ResidualMotion {
   std::shared_ptr<const ResidualCompliance> of_;  // null: none
   std::shared_ptr<const IndexTable> rows_;
   Matrix3 T_;
-  double beta_ = 0, h_ = 0, following_ = 0;
+  double beta_ = 0, h_ = 0, following_ = 0;  // h_: of one regular step
+  Index n_steps_ = 1;                        // of the jump, and what they leave of g
+  double left_ = 0;
   std::vector<NodeSet> sets_;
   std::vector<Matrix> means_;  // s x 3, mean over the nodes of B F's rows
   std::vector<ResidualLoad> loads_;
@@ -109,7 +117,8 @@ class ResidualMotion {
   // has g at the end of this step; at the start or the end of the last one
   bool is_pushed_ = false, was_in_contact_ = false;
   bool has_force_ = false;  // has g now
-  double still_left_ = 0;   // of g since contact last pushed, a share
+  bool is_predicted_ = false;
+  double still_left_ = 0;  // of g since contact last pushed, a share
   BodyWork work_;
 };
 

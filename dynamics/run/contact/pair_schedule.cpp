@@ -9,20 +9,15 @@ namespace cbr {
 namespace {
 
 constexpr Index longest_wait = 8;
-constexpr double many_steps = 8;  // steps apart from which a better bound does not pay
-constexpr Index of_walls = -1;    // body of a partner that is a wall
+constexpr double many_steps = 8;       // steps apart from which a better bound does not pay
+constexpr Index of_walls = -1;         // body of a partner that is a wall
+constexpr double closed_share = 2e-6;  // of a face: more than what remember() takes for closed
+// Steps before the first with possible contact: velocities before it are then known.
+constexpr double steps_ahead = 1;
 
 // Largest reach of a search, relative to the largest face. More at the start, where surfaces may
 // overlap by a face.
 double face_share(Index step) { return step == 0 ? 1.5 : 0.5; }
-
-// First time at which g + w t - b t - a t^2 / 2 reaches 0, for g > 0.
-double first_root(double gap, double speed, double growth, double acceleration) {
-  if (gap <= 0) return 0;
-  const double closing = growth - speed;  // gap - closing t - acceleration t^2 / 2
-  if (acceleration <= 0) return closing > 0 ? gap / closing : HUGE_VAL;
-  return 2 * gap / (closing + std::sqrt(closing * closing + 2 * acceleration * gap));
-}
 
 // Lower bound of the time of contact: until then the surfaces are separate on some axis.
 double time_apart(const MotionBound& a, const MotionBound& b, const Vector3& margin) {
@@ -38,16 +33,6 @@ double time_apart(const MotionBound& a, const MotionBound& b, const Vector3& mar
                      first_root(below, a.lower_speed[c] - b.upper_speed[c], growth, acceleration));
   }
   return apart;
-}
-
-// The bound a time t >= 0 later.
-MotionBound later(const MotionBound& bound, double t) {
-  MotionBound then = bound;
-  const Vector3 spread = bound.growth * t + bound.acceleration * (0.5 * t * t);
-  then.lower += bound.lower_speed * t - spread;
-  then.upper += bound.upper_speed * t + spread;
-  then.growth += bound.acceleration * t;
-  return then;
 }
 
 MotionBound standing(const Points& x) {
@@ -114,6 +99,18 @@ bool PairSchedule::is_free(Index p) const {
   return !known_[sim_.pairs[p].slave->body].loose && !known_[sim_.pairs[p].master->body].loose;
 }
 
+// Whether jumps may begin and end within the reach of a search, down to contact. The sign of its
+// distance says on which side of a wall a node is. Faces need the margin of steps_apart(). Large
+// rotation is exact to the order of its steps alone. A pair of `contact: all` has results once it
+// is near.
+bool PairSchedule::may_jump_near(Index p) const {
+  const ContactPair& pair = sim_.pairs[p];
+  if (!pair.wall || (pair.of_all && !pair.seen().has_touched)) return false;
+  if (sim_.bodies[sim_.contact_nodes[pair.slave->body].body]->turns()) return false;
+  const PairMemory& memory = pair.seen().memory;  // overlaps open step by step
+  return memory.offset.size() == 0 || memory.offset.minCoeff() >= memory.rest;
+}
+
 void PairSchedule::start() {
   for (std::size_t c = 0; c < known_.size(); ++c) {
     const Index body = sim_.contact_nodes[c].body;
@@ -150,6 +147,8 @@ void PairSchedule::enqueue(Index pair, Index step) {
 
 void PairSchedule::take(Index pair, Index step, std::vector<Index>& pairs) {
   if (taken_at_[pair] == step) return;
+  if (sim_.pairs[pair].has_state() && taken_at_[pair] >= 0)
+    pass_without_force(step - taken_at_[pair] - 1, sim_.pairs[pair].state().memory);
   taken_at_[pair] = step;
   ++stamp_[pair];
   taken_.push_back(pair);
@@ -304,6 +303,11 @@ double PairSchedule::steps_apart(Index p, Index step) const {
            : sim_.detection.late_depth * std::max(pair.master->size, pair.slave->size) + overlap) +
       pair.closed_reach();
   const MotionBound slave = bound_at(pair.slave->body, step);
+  if (step > 0 && may_jump_near(p)) {
+    const double closed = pair.closed_reach() + closed_share * pair.slave->size;
+    const double apart = pair.wall->time_apart(seen_from_wall(p, slave, step), closed);
+    return std::max(0.0, std::floor(apart / plan().h) - steps_ahead);
+  }
   if (pair.wall)
     return std::floor(pair.wall->time_apart(seen_from_wall(p, slave, step), margin) / plan().h);
   // Nodes of both sides may be constrained beyond the edges of faces
@@ -352,7 +356,7 @@ void PairSchedule::update(Index step, const ContactOutcome& outcome) {
     const ContactPair& pair = sim_.pairs[p];
     for (const Index c : {pair.slave->body, pair.master->body}) {
       if (outcome.touched[c]) loosen(c);
-      if (outcome.touched[c] || outcome.near[p]) known_[c].busy_at = step;
+      if (outcome.touched[c] || (outcome.near[p] && !may_jump_near(p))) known_[c].busy_at = step;
     }
   }
   settled_.clear();
@@ -367,7 +371,7 @@ void PairSchedule::update(Index step, const ContactOutcome& outcome) {
   });
   for (const Index c : settled_) form(c, step, false);
   for (const Index p : taken_) {
-    if (outcome.near[p]) {
+    if (outcome.near[p] && !(is_free(p) && may_jump_near(p))) {
       wait_[p] = backoff_[p] = 1;
       enqueue(p, step);
     } else if (is_free(p)) {

@@ -64,6 +64,7 @@ class PairSchedule {
 
   const TimePlan& plan() const { return sim_.plan; }
   bool is_free(Index pair) const;
+  bool may_jump_near(Index pair) const;
   Kind kind_of(const ContactPair& pair) const;
   void enqueue(Index pair, Index step);
   void take(Index pair, Index step, std::vector<Index>& pairs);

@@ -5,6 +5,7 @@
 
 #include <sstream>
 
+#include "dynamics/contact/surfaces/pair_memory.hpp"
 #include "tests/support/scene_run.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
@@ -136,6 +137,82 @@ TEST(Skipping, AFlightTenTimesAsLongTakesTheSameSteps) {
   // The outputs on the way, two bodies each, and some looks at the pair
   EXPECT_LE(far.result.work.body_steps, brief.result.work.body_steps + 2 * 18 + 12);
   EXPECT_LE(far.result.work.bounds, brief.result.work.bounds + 6);
+}
+
+// A bar between two walls: it flies, hits, and flies on with its oscillations.
+struct BetweenWalls {
+  std::string what, material, contact, wall, loads, time;
+};
+
+std::string scene(const BetweenWalls& of, const std::string& reduction) {
+  return "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1" + of.material +
+         "}}\ncomponents:\n"
+         "  bar: {mesh: bar.exo, material: m, reduction: {interface: [x_min, x_max], modes: 12" +
+         reduction +
+         "}}\ninstances:\n"
+         "  a: {component: bar, as: superelement, velocity: [0.02, 0.002, 0]}\n"
+         "walls:\n  right: {plane: {point: [1.01, 0, 0], normal: [-1, 0, 0]}" +
+         of.wall +
+         "}\n  left: {plane: {point: [-0.01, 0, 0], normal: [1, 0, 0]}}\n"
+         "contact:\n  - {between: [a.x_max, right]" +
+         of.contact + "}\n  - {between: [a.x_min, left]" + of.contact + "}\n" + of.loads +
+         "time: {end: 7" + of.time + "}\noutput: {every: 0.5, history: [a.x_max]}\n";
+}
+
+TEST(Skipping, AJumpAgesTheMemoryOfForces) {
+  PairMemory memory;
+  for (int i = 0; i < 4; ++i) memory.forces[i].setConstant(1, 3, i + 1.0);
+  pass_without_force(3, memory);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(memory.forces[i](0, 0), i < 3 ? 0 : 1) << i;
+}
+
+// Near a wall a search finds points without contact. Jumps leave these steps out too.
+TEST(Skipping, JumpsBeginAndEndNearWalls) {
+  const BetweenWalls cases[] = {
+      {"alone", "", "", "", "", ""},
+      {"friction", "", ", friction: 0.3", "", "", ""},
+      {"friction over slip", "", ", friction: {static: 0.3, kinetic: 0.1, decay: 100}", "", "", ""},
+      {"gravity", "", "", "",
+       "loads:\n  - {gravity: [0.01, 0, -0.02], history: {time: [0, 0.7, 30], value: [0, 1, "
+       "-1]}}\n",
+       ""},
+      {"traction", ", damping: {beta: 0.02}", "", "",
+       "loads:\n  - {instance: a, surface: x_max, traction: [0.01, 0, 0], history: {time: [0, 4, "
+       "8], value: [0, 1, 0]}}\n",
+       ""},
+      {"damping", ", damping: {beta: 0.02}", "", "", "", ""},
+      {"adjust", "", ", adjust: 0.002", "", "", ""},
+      {"moving wall", "", "", ", velocity: [-0.001, 0, 0], history: {time: [0, 9], value: [0, 1]}",
+       "", ""},
+      {"long steps", "", "", "", "", ", step: {cfl: 2}"},
+  };
+  for (const std::string basis : {"", ", basis: characteristic", ", basis: massless"})
+    for (const BetweenWalls& of : cases) {
+      if (!of.time.empty() && basis != "") continue;
+      SCOPED_TRACE(of.what + basis);
+      const std::string text = scene(of, basis);
+      const RunResult with = ran(text).result, without = ran(text, false).result;
+      EXPECT_LT(difference(without, with), 1e-9);
+      const double scale = without.total.front();
+      EXPECT_NEAR(with.work_friction.back(), without.work_friction.back(), 1e-9 * scale);
+      // A jump books the work of loads on the residual compliance, and of its damping, by its ends:
+      // their sum is that of the steps
+      const auto sum = [](const RunResult& of_run) {
+        return of_run.work_contact.back() + of_run.work_damping.back() +
+               of_run.work_external.back();
+      };
+      EXPECT_NEAR(sum(with), sum(without), 1e-9 * scale);
+      if (of.what != "traction") {
+        EXPECT_NEAR(with.work_contact.back(), without.work_contact.back(), 1e-9 * scale);
+        EXPECT_NEAR(with.work_damping.back(), without.work_damping.back(), 1e-9 * scale);
+      }
+      const auto &x = with.monitors[0].mean_velocity.values,
+                 &y = without.monitors[0].mean_velocity.values;
+      double v = 0;
+      for (std::size_t i = 0; i < x.size(); ++i) v = std::max(v, std::abs(x[i] - y[i]));
+      EXPECT_LT(v, 1e-9 * 0.02);
+      EXPECT_LT(with.steps, 6 * without.steps / 10);
+    }
 }
 
 }  // namespace
