@@ -53,7 +53,9 @@ void print_superelement(const Hdf5Reader& file, std::ostream& out) {
   }
   // The compliance itself may fill the memory, so the nodes are read alone.
   const std::string nodes = "/characteristic/statics/node";
-  if (file.has(nodes)) print_lines(statics_lines(file.read_indices(nodes)), out);
+  if (file.has(nodes))
+    print_lines(statics_lines(file.read_indices(nodes), file.has("/characteristic/statics/levels")),
+                out);
   out << "  sets kept    " << sets_text(s) << '\n';
   print_body(s.rigid_body, out);
   print_lines(accuracy_lines(s), out);

@@ -145,7 +145,8 @@ void say_characteristic(const Superelement& s, const ReductionFigures& figures, 
         format_text("  shapes       put the ten lowest free frequencies up to %.2g %% of them "
                     "above craig-bampton's of the same modes",
                     100 * (1 - std::sqrt(1 - std::clamp(figures.shapes_error, 0.0, 1.0)))));
-  for (const SummaryLine& line : statics_lines(s.characteristic.statics.node))
+  const StaticShare& statics = s.characteristic.statics;
+  for (const SummaryLine& line : statics_lines(statics.node, !statics.levels.empty()))
     report.line(line.text);
   if (!c.bare.empty())
     report.line("  no statics   " + join(c.bare) +

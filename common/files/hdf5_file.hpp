@@ -41,6 +41,8 @@ class Hdf5Writer {
   // likewise, without a copy
   void write(const std::string& dataset, const RowMatrix& values);
   void write(const std::string& dataset, const Points& values);
+  // From here on datasets are small in the file and slow to write (shuffle, deflate), or no longer.
+  void compress(bool all);
   // From here on each dataset gets the attribute `checksum`: XXH3 (64 bit) of its numbers as they
   // are in the file, int64. `digest`: of those that a copy holds.
   void add_checksums(Index digest = 0);

@@ -49,7 +49,7 @@ Handle timeless(hid_t kind) {
 struct Hdf5Writer::Impl {
   TemporaryFile temporary;
   Handle file;
-  bool checksums = false;
+  bool checksums = false, compresses = false;
   Index digest = 0;
 
   explicit Impl(const fs::path& target) : temporary(target) {
@@ -129,9 +129,17 @@ struct Hdf5Writer::Impl {
     make_groups(name);
     const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr),
                        H5Sclose);
-    Handle dataset(H5Dcreate2(file, name.c_str(), type, space, H5P_DEFAULT,
-                              timeless(H5P_DATASET_CREATE), H5P_DEFAULT),
-                   H5Dclose);
+    const Handle properties = timeless(H5P_DATASET_CREATE);
+    if (compresses && shape.size() == 1 && shape[0] > 0) {
+      constexpr hsize_t most = 1 << 20;  // a chunk of 8 MB
+      const hsize_t chunk = std::min(shape[0], most);
+      H5Pset_chunk(properties, 1, &chunk);
+      H5Pset_shuffle(properties);
+      H5Pset_deflate(properties, 6);
+    }
+    Handle dataset(
+        H5Dcreate2(file, name.c_str(), type, space, H5P_DEFAULT, properties, H5P_DEFAULT),
+        H5Dclose);
     require(dataset.ok(), name);
     return dataset;
   }
@@ -241,6 +249,8 @@ void Hdf5Writer::start(const std::string& format, const std::string& version,
   attribute("/", "format_version", version);
   attribute("/", "generator", program + " " + cbr::version());
 }
+
+void Hdf5Writer::compress(bool all) { impl_->compresses = all; }
 
 void Hdf5Writer::add_checksums(Index digest) {
   impl_->checksums = true;

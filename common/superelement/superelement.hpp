@@ -13,6 +13,7 @@
 
 #include "common/base/types.hpp"
 #include "common/fem/assembly.hpp"
+#include "common/linalg/compliance_levels.hpp"
 #include "common/linalg/row_matrix.hpp"
 #include "common/mesh/surface.hpp"
 #include "common/superelement/conditioning.hpp"
@@ -23,9 +24,10 @@ namespace cbr {
 // node along a direction: the outward normal alone, or x, y and z in turn. A node of two faces with
 // normals has an entry for each.
 struct StaticShare {
-  std::vector<Index> node;          // s, index into node_ids
-  Points direction = Points(0, 3);  // s x 3, unit vectors in the component's axes
-  Matrix F;                         // s x s, symmetric, positive semi-definite
+  std::vector<Index> node;              // s, index into node_ids
+  Points direction = Points(0, 3);      // s x 3, unit vectors in the component's axes
+  Matrix F;                             // s x s, symmetric, positive semi-definite
+  std::vector<ComplianceLevel> levels;  // of many forces, in place of F, which is empty
 
   Index size() const { return static_cast<Index>(node.size()); }
   bool empty() const { return node.empty(); }

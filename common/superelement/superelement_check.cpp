@@ -227,6 +227,11 @@ class Checker {
         fail(group + "/direction", "row " + std::to_string(i) + " has length " +
                                        number_text(length) + ", expected a unit vector");
     }
+    for (std::size_t l = 0; l < statics.levels.size(); ++l)
+      if (const Index n = statics.levels[l].P.cols(); n != statics.size())
+        fail(group + "/levels/" + std::to_string(l) + "/P/begin",
+             "is of " + std::to_string(n) + " columns, expected " + std::to_string(statics.size()));
+    if (!statics.levels.empty()) return;
     require_square(group + "/F", statics.F, statics.size());
     for (Index i = 0; i < statics.size(); ++i)
       if (statics.F(i, i) < 0)

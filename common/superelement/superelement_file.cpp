@@ -57,11 +57,28 @@ void write_half_of_massless(Hdf5Writer& file, const std::string& group,
   if (massless.omega_fall > 0) file.write(group + "/omega_fall", massless.omega_fall);
 }
 
+// By columns: begin (columns + 1), row and value of each entry.
+void write_sparse(Hdf5Writer& file, const std::string& group, const SparseMatrix& A) {
+  const Index* begin = A.outerIndexPtr();
+  const auto n = static_cast<std::size_t>(A.nonZeros());
+  file.write(group + "/begin", std::vector<Index>(begin, begin + A.cols() + 1));
+  file.write(group + "/row", std::vector<Index>(A.innerIndexPtr(), A.innerIndexPtr() + n));
+  file.write(group + "/value", std::vector<double>(A.valuePtr(), A.valuePtr() + n));
+}
+
 void write_statics(Hdf5Writer& file, const std::string& group, const StaticShare& statics) {
   if (statics.empty()) return;
   file.write(group + "/node", statics.node);
   file.write(group + "/direction", statics.direction);
-  file.write(group + "/F", statics.F);
+  if (statics.levels.empty()) return file.write(group + "/F", statics.F);
+  file.compress(true);
+  for (std::size_t l = 0; l < statics.levels.size(); ++l) {
+    const std::string level = group + "/levels/" + std::to_string(l);
+    write_sparse(file, level + "/P", statics.levels[l].P);
+    write_sparse(file, level + "/S",
+                 SparseMatrix(statics.levels[l].S.triangularView<Eigen::Lower>()));
+  }
+  file.compress(false);
 }
 
 // --- reading ---
@@ -143,11 +160,40 @@ void read_half_of_massless(const Hdf5Reader& file, const std::string& group,
     massless.omega_fall = file.read_scalar(group + "/omega_fall");
 }
 
+// rows: none, of a square matrix.
+SparseMatrix read_sparse(const Hdf5Reader& file, const std::string& group,
+                         std::optional<Index> rows = {}) {
+  const std::vector<Index> begin = file.read_indices(group + "/begin"),
+                           row = file.read_indices(group + "/row");
+  const Vector value = file.read_vector(group + "/value");
+  const auto n = static_cast<Index>(row.size()), columns = static_cast<Index>(begin.size()) - 1;
+  bool fits = !begin.empty() && begin.front() == 0 && begin.back() == n && value.size() == n &&
+              std::is_sorted(begin.begin(), begin.end()) && value.allFinite();
+  for (Index j = 0; fits && j < columns; ++j)
+    for (Index i = begin[j]; i < begin[j + 1]; ++i)
+      fits = fits && (i == begin[j] ? row[i] >= 0 : row[i] > row[i - 1]) &&
+             row[i] < rows.value_or(columns);
+  if (!fits)
+    fail(file, group + ": begin, row and value are not those of a sparse matrix by columns");
+  return Eigen::Map<const SparseMatrix>(rows.value_or(columns), columns, n, begin.data(),
+                                        row.data(), value.data());
+}
+
 void read_statics(const Hdf5Reader& file, const std::string& group, StaticShare& statics) {
   if (!file.has(group)) return;
   statics.node = file.read_indices(group + "/node");
   statics.direction = file.read_points(group + "/direction");
-  statics.F = file.read_matrix(group + "/F");
+  if (!file.has(group + "/levels")) {
+    statics.F = file.read_matrix(group + "/F");
+    return;
+  }
+  for (std::size_t l = 0; l < file.children(group + "/levels").size(); ++l) {
+    const std::string level = group + "/levels/" + std::to_string(l);
+    ComplianceLevel& of = statics.levels.emplace_back();
+    const SparseMatrix lower = read_sparse(file, level + "/S");
+    of.S = lower.selfadjointView<Eigen::Lower>();
+    of.P = read_sparse(file, level + "/P", of.S.rows());
+  }
 }
 
 void read_interface(const Hdf5Reader& file, const std::string& prefix, Superelement& s) {

@@ -57,8 +57,9 @@ struct DomainEstimate {
 
 // Size of the reduced interface of basis characteristic.
 struct FewShapesEstimate {
-  Index n_shapes = 0;      // rigid motions, elastic shapes, kept dofs, responses
-  Index n_static = 0;      // forces whose statics are kept
+  Index n_shapes = 0;          // rigid motions, elastic shapes, kept dofs, responses
+  Index n_static = 0;          // forces whose statics are kept
+  double static_nonzeros = 0;  // of their compliance
   bool is_sparse = false;  // by sparse solves alone; else from Craig and Bampton's dense matrices
   double whole_nonzeros = 0;  // of the free component's factor
 };
@@ -99,8 +100,8 @@ struct Estimate {
   double diagonal_nonzeros() const { return has_diagonal_form ? n_final() * (n_final() + 1) : 0; }
   // Of few shapes: eigenvalues, displacements of the interface, compliance of the static forces.
   double shapes_nonzeros() const {
-    const auto s = static_cast<double>(few_shapes->n_static);
-    return n_final() * (1 + 3 * static_cast<double>(n_interface_nodes)) + s * s;
+    return n_final() * (1 + 3 * static_cast<double>(n_interface_nodes)) +
+           few_shapes->static_nonzeros;
   }
   // Psi and Phi: the displacements of the interior from the coordinates.
   double recovery_nonzeros() const {

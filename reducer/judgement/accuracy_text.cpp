@@ -155,7 +155,7 @@ std::vector<SummaryLine> frequency_lines(const Superelement& s) {
   return lines;
 }
 
-std::vector<SummaryLine> statics_lines(const std::vector<Index>& nodes) {
+std::vector<SummaryLine> statics_lines(const std::vector<Index>& nodes, bool in_levels) {
   if (nodes.empty()) return {};
   std::map<Index, int> entries;
   for (const Index node : nodes) ++entries[node];
@@ -163,7 +163,9 @@ std::vector<SummaryLine> statics_lines(const std::vector<Index>& nodes) {
                                    [](const auto& node) { return node.second == 3; });
   const auto n_normal = static_cast<std::ptrdiff_t>(entries.size()) - n_all;
   std::string text =
-      format_text("  statics      in full at %zu nodes that may touch, ", entries.size());
+      format_text("  statics      %s at %zu nodes that may touch, ",
+                  in_levels ? "of single nodes to some 2 %, of patches to some 0.2 %," : "in full",
+                  entries.size());
   if (n_all == 0)
     text += "normal to their faces: for contact without friction";
   else if (n_normal == 0)

@@ -22,7 +22,7 @@ std::vector<SummaryLine> frequency_lines(const Superelement& superelement);
 
 // At how many nodes the static compliance is in full, and in which directions. nodes: one of each
 // entry (StaticShare::node); none without statics.
-std::vector<SummaryLine> statics_lines(const std::vector<Index>& nodes);
+std::vector<SummaryLine> statics_lines(const std::vector<Index>& nodes, bool in_levels);
 
 // "x_max (150 faces), corner (1 nodes)"; "none".
 std::string sets_text(const Superelement& superelement);

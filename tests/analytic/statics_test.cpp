@@ -323,7 +323,7 @@ TEST(Statics, FrictionNeedsThoseAlongTheFace) {
   std::vector<Index> node;
   for (const Index i : normals) node.push_back(statics.node[i]);
   statics = {node, Points(statics.direction(normals, Eigen::all)),
-             Matrix(statics.F(normals, normals))};
+             Matrix(statics.F(normals, normals)), {}};
   write_superelement(s, file);
   const std::string message = test::refusal_of([&] { folder.run(yaml(p)); });
   EXPECT_NE(message.find("friction on b.x_min"), std::string::npos) << message;

@@ -81,7 +81,7 @@ TEST(SuperelementFile, basisMasslessHasMatricesOfItsOwn) {
   const TemporaryFolder folder;
   const Superelement written = massless_sample();
   write_superelement(written, folder / "s.h5");
-  EXPECT_EQ(Hdf5Reader(folder / "s.h5").read_string("/", "format_version"), "1.12");
+  EXPECT_EQ(Hdf5Reader(folder / "s.h5").read_string("/", "format_version"), "1.13");
   EXPECT_FALSE(Hdf5Reader(folder / "s.h5").has("/matrices/K_cc"));
   const Superelement read = read_superelement(folder / "s.h5");
   EXPECT_TRUE(test::identical(read, written));
@@ -274,6 +274,36 @@ TEST(SuperelementFile, basisCharacteristicHasTheInterfaceInItsCoordinates) {
   EXPECT_EQ(read.characteristic.statics.F, written.characteristic.statics.F);
   EXPECT_EQ(read.n_coordinates(), read.k());
   EXPECT_EQ(read_superelement(folder / "s.h5", {false, false, false}).characteristic.V.size(), 0);
+}
+
+TEST(SuperelementFile, ComplianceInLevelsComesBackAndIsChecked) {
+  const TemporaryFolder folder;
+  Superelement written = characteristic_sample();
+  StaticShare& statics = written.characteristic.statics;
+  const SparseMatrix P = Matrix{{0.5, 0, 1, -0.25}, {0.5, 1, 0, 1.25}}.sparseView(),
+                     S = Matrix{{2, -1}, {-1, 3}}.sparseView(),
+                     near = Matrix(statics.F.diagonal().asDiagonal()).sparseView();
+  statics.levels = {{P, S}, {Matrix::Identity(4, 4).sparseView(), near}};
+  statics.F.resize(0, 0);
+  write_superelement(written, folder / "s.h5");
+  const Superelement read = read_superelement(folder / "s.h5");
+  EXPECT_TRUE(test::identical(read, written));
+  const Matrix one = Matrix::Identity(4, 4);
+  EXPECT_EQ(compliance_product(read.characteristic.statics.levels, one),
+            compliance_product(statics.levels, one));
+  const auto refused = [&](const std::string& dataset, const auto& damage) {
+    Superelement damaged = written;
+    damage(damaged.characteristic.statics.levels);
+    const std::string message = test::refusal_of([&] {
+      write_superelement(damaged, folder / "damaged.h5");
+      read_superelement(folder / "damaged.h5");
+    });
+    EXPECT_NE(message.find("/characteristic/statics/levels/" + dataset), std::string::npos)
+        << message;
+  };
+  refused("0/P", [](auto& levels) { levels[0].P = Matrix::Ones(3, 4).sparseView(); });
+  refused("1/P", [](auto& levels) { levels[1].P = Matrix::Ones(4, 3).sparseView(); });
+  refused("0/S", [](auto& levels) { levels[0].S.coeffRef(0, 0) = NAN; });
 }
 
 TEST(SuperelementFile, FixedDofsComeBackAndAreChecked) {

@@ -22,7 +22,7 @@ Matrix formed(const ThinResponse& S) {
   const Index s = S.rows->size();
   Matrix B = Matrix::Zero(S.n_dofs(), s);
   S.rows->add_spread(Matrix::Identity(s, s), B);
-  return S.A->transpose() * S.C * *S.A + B * *S.rows->F * B.transpose() / S.h;
+  return S.A->transpose() * S.C * *S.A + B * S.rows->F.formed() * B.transpose() / S.h;
 }
 
 }  // namespace

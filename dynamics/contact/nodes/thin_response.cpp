@@ -3,7 +3,6 @@
 
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/kernels/symmetric_product.hpp"
-#include "dynamics/contact/nodes/dense_panels.hpp"
 
 namespace cbr {
 
@@ -11,7 +10,6 @@ std::shared_ptr<const StaticRows> no_static_rows(std::size_t n_nodes) {
   auto rows = std::make_shared<StaticRows>();
   rows->first.assign(n_nodes + 1, 0);
   rows->direction.resize(0, 3);
-  rows->F = std::make_shared<const Matrix>();
   return rows;
 }
 
@@ -41,12 +39,17 @@ double press(const StaticRows& rows, const Matrix& pressed, Matrix& still,
   columns.clear();
   for (Index i = 0; i < pressed.rows(); ++i)
     if (!pressed.row(i).isZero(0)) columns.push_back(i);
+  const Matrix* F = rows.F.dense();
+  if (F == nullptr) {
+    if (!columns.empty()) still = rows.F * pressed;
+    return 0;
+  }
   const auto s = static_cast<double>(pressed.rows()), loaded = static_cast<double>(columns.size());
   if (2 * loaded > s) {
-    add_symmetric_product(*rows.F, pressed, still, n_threads());
+    add_symmetric_product(*F, pressed, still, n_threads());
     return 4 * s * (s + 1);
   }
-  add_columns(*rows.F, columns, pressed, still, n_threads());
+  add_columns(*F, columns, pressed, still, n_threads());
   return 8 * s * loaded;
 }
 

@@ -6,16 +6,17 @@
 #include <vector>
 
 #include "common/base/types.hpp"
+#include "dynamics/contact/nodes/static_compliance.hpp"
 
 namespace cbr {
 
 // Residual compliance: directions of contact nodes that forces move without inertia. u = B F B^T f,
 // column i of B (3 m x s) with direction i on the three dofs of its node.
 struct StaticRows {
-  std::vector<Index> node;          // s, ascending
-  Points direction;                 // s x 3, unit, in the axes of the response
-  std::vector<Index> first;         // m + 1: the rows of node i are first[i] .. first[i + 1] - 1
-  std::shared_ptr<const Matrix> F;  // s x s, length / force, symmetric, positive semi-definite
+  std::vector<Index> node;   // s, ascending
+  Points direction;          // s x 3, unit, in the axes of the response
+  std::vector<Index> first;  // m + 1: the rows of node i are first[i] .. first[i + 1] - 1
+  StaticCompliance F;
 
   Index size() const { return static_cast<Index>(node.size()); }
   // B^T f for columns f of nodal forces (3 m x q)   (s x q)

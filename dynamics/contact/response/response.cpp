@@ -115,26 +115,26 @@ constexpr Index threaded_entries = 200 * 200;
 
 // The lower triangle of W(at, at) += share G_b S_b G_b^T; `at` ascends. Threads take groups of
 // columns in turn.
-void add_dense_block(const RowMajorSparse& G, const Matrix& S, double share,
+void add_dense_block(const RowMajorSparse& G, const StaticCompliance& S, double share,
                      const std::vector<Index>& at, Matrix& W) {
-  const Index r = G.rows(), s = S.rows();
+  const Index r = G.rows(), s = S.size();
   constexpr Index group = 32;
   const int used = r * r < threaded_entries ? 1 : n_threads();
   run_kept_threads(used, [&](int thread) {
     Matrix moved(s, group);  // columns of S_b G_b^T   (3 m_b x r)
-    std::vector<std::vector<RowWeight>> pushed(group);
+    std::vector<std::vector<RowWeight>> pushed;
+    std::vector<double*> columns;
     for (Index first = group * thread; first < r; first += group * used) {
       const Index n = std::min(group, r - first);
+      pushed.assign(static_cast<std::size_t>(n), {});
+      columns.clear();
       for (Index k = 0; k < n; ++k) {
-        pushed[k].clear();
         for (RowMajorSparse::InnerIterator it(G, first + k); it; ++it)
-          pushed[k].push_back({it.col(), share * it.value()});
+          pushed[static_cast<std::size_t>(k)].push_back({it.col(), share * it.value()});
+        columns.push_back(moved.col(k).data());
       }
       moved.setZero();
-      for (Index begin = 0; begin < s; begin += weighted_at_once)
-        for (Index k = 0; k < n; ++k)
-          add_weighted(S, pushed[k], begin, std::min(begin + weighted_at_once, s),
-                       moved.col(k).data() + begin);
+      S.add_products(pushed, columns);
       for (Index k = 0; k < n; ++k) {
         double* column = W.col(at[first + k]).data();
         const double* move = moved.col(k).data();
@@ -158,7 +158,7 @@ void add_thin_block(const RowMajorSparse& G, const ThinResponse& S, const std::v
   for (Index j = 0; j < r; ++j)
     for (RowMajorSparse::InnerIterator it(G, j); it; ++it)
       X.col(j) += it.value() * S.A->col(it.col());
-  add_dense_block(static_rows_of(G, *S.rows), *S.rows->F, 1 / S.h, at, W);
+  add_dense_block(static_rows_of(G, *S.rows), S.rows->F, 1 / S.h, at, W);
   if (X.rows() == 0) return;
   // By panels of columns, from the diagonal on
   constexpr Index width = 128;
@@ -178,7 +178,7 @@ void add_block(const BodyRows& part, const std::vector<Index>& at, Matrix& W) {
   if (part.response->thin) {
     add_thin_block(part.G, *part.response->thin, at, W);
   } else {
-    add_dense_block(part.G, *part.response->block, 1, at, W);
+    add_dense_block(part.G, part.response->block, 1, at, W);
   }
 }
 

@@ -102,10 +102,9 @@ void StandingResponse::Part::combine(const SparseMatrix& N, const std::vector<In
     }
     of_fresh.push_back(pressed(rows));
   }
-  for (Index begin = 0, s = H.cols(); begin < s; begin += weighted_at_once)
-    for (std::size_t i = 0; i < fresh.size(); ++i)
-      add_weighted(*F, of_fresh[i], begin, std::min(begin + weighted_at_once, s),
-                   F_of_N.col(fresh[i]).data() + begin);
+  std::vector<double*> columns;
+  for (const Index a : fresh) columns.push_back(F_of_N.col(a).data());
+  F.add_products(of_fresh, columns);
 }
 
 // Forms the responses of combinations that an unknown has a share of for the first time.
@@ -139,7 +138,7 @@ void StandingResponse::Part::fill_statics(const Combinations& of, Index u, doubl
   std::vector<RowWeight> rows;
   for (SparseMatrix::InnerIterator it(of.Z, u); it; ++it)
     rows.push_back({of.rows[static_cast<std::size_t>(it.row())], it.value()});
-  add_weighted(*F, pressed(rows), 0, H.cols(), f);
+  F.add_product(pressed(rows), f);
 }
 
 void StandingResponse::Part::take(const Combinations& of, const std::vector<Index>& from,
@@ -186,8 +185,21 @@ void StandingResponse::Part::add_to_rows(const StandingResponse& all, Index u, I
   };
   if (all.is_mixed(u)) return add(F_of_A.col(all.mixed_[static_cast<std::size_t>(u)]).data(), 1);
   const SparseMatrix::InnerIterator one(all.of_.Z, u);
+  if (F.dense() == nullptr) {
+    const Index row = single[static_cast<std::size_t>(one.row())];
+    std::vector<Index> at;
+    for (const Index point : single)
+      for (RowMajorSparse::InnerIterator it(H, point); it; ++it) at.push_back(it.col());
+    Vector moved = Vector::Zero(static_cast<Index>(at.size()));
+    F.add_product_at(pressed({{row, one.value()}}), at, moved);
+    Index next = 0;
+    for (std::size_t i = 0; i < single.size(); ++i)
+      for (RowMajorSparse::InnerIterator it(H, single[i]); it; ++it)
+        rows(static_cast<Index>(i), k) += it.value() * moved[next++];
+    return;
+  }
   for (RowMajorSparse::InnerIterator it(H, single[static_cast<std::size_t>(one.row())]); it; ++it)
-    add(F->col(it.col()).data(), share * one.value() * it.value());
+    add(F.dense()->col(it.col()).data(), share * one.value() * it.value());
 }
 
 // Columns `some` of A^T G S G^T A.
@@ -278,7 +290,7 @@ StaticAnswers StandingResponse::statics(const Vector& x) const {
     Vector still = Vector::Zero(part.H.cols());
     const LargeBlasWork blas = LargeBlasWork::reading(part.F_of_A.size());
     if (of_mixed.size() > 0) still.noalias() += part.F_of_A.leftCols(of_mixed.size()) * of_mixed;
-    add_weighted(*part.F, part.pressed(rows), 0, still.size(), still.data());
+    part.F.add_product(part.pressed(rows), still.data());
     answers.still.push_back(std::move(still));
   }
   return answers;

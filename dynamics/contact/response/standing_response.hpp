@@ -49,7 +49,7 @@ class StandingResponse {
   struct Part {
     Index body = 0;
     std::shared_ptr<const ThinResponse> thin;  // or null: S itself is in the place of F
-    std::shared_ptr<const Matrix> F;           // s x s
+    StaticCompliance F;                        // s x s
     double share = 1;                          // of F: 1 / h
     RowMajorSparse H;                          // rows of the points x s: G B
     Matrix X;                                  // r x rows of the points: V G^T

@@ -42,7 +42,7 @@ void ResidualMotion::track(const NodeRows& nodes) {
   for (Vector* x :
        {&set.w, &set.w_end, &set.force, &set.force_end, &set.rate_before, &set.friction})
     x->setZero(set.of->rows->size());
-  if (!g_.isZero(0)) take_rows(*of_->rows.F * g_, set.of->row, 1, set.w);
+  if (!g_.isZero(0)) take_rows((of_->rows.F * g_).col(0), set.of->row, 1, set.w);
   sets_.push_back(std::move(set));
 }
 
@@ -57,7 +57,8 @@ void ResidualMotion::track_mean(const std::vector<Index>& nodes) {
   } else {
     for (const Index node : nodes)
       for (Index j = rows.first[node]; j < rows.first[node + 1]; ++j)
-        F += rows.F->col(j) * rows.direction.row(j) / static_cast<double>(nodes.size());
+        F.row(j) += rows.direction.row(j) / static_cast<double>(nodes.size());
+    F = rows.F * F;
   }
   means_.push_back(std::move(F));
 }
@@ -135,7 +136,7 @@ void ResidualMotion::add_force(Index set, const Vector& still) {
   if (sets_.size() == 1) return;
   Vector change = Vector::Zero(g_end_.size());
   for (Index i = 0; i < pressed_.size(); ++i) change[its.of->row[i]] = pressed_[i];
-  const Vector moved = *of_->rows.F * change;
+  const Vector moved = of_->rows.F * change;
   for (std::size_t other = 0; other < sets_.size(); ++other)
     if (static_cast<Index>(other) != set)
       take_rows(moved, sets_[other].of->row, 1, sets_[other].w_end);
@@ -228,10 +229,11 @@ Matrix ResidualMotion::compliance(Index set) const {
   const StaticRows& rows = *sets_[set].of->rows;
   const auto n = 3 * static_cast<Index>(sets_[set].of->nodes.size());
   Matrix all = Matrix::Zero(n, n);
+  const Matrix F = rows.F.formed();
   for (Index j = 0; j < rows.size(); ++j)
     for (Index i = 0; i < rows.size(); ++i)
       all.block<3, 3>(3 * rows.node[i], 3 * rows.node[j]) +=
-          (*rows.F)(i, j) * rows.direction.row(i).transpose() * rows.direction.row(j);
+          F(i, j) * rows.direction.row(i).transpose() * rows.direction.row(j);
   return all;
 }
 
@@ -241,7 +243,7 @@ ResidualMotion::ResidualLoad ResidualMotion::load_of(const NodalForces& forces,
   ResidualLoad load{Vector::Zero(g_.size()), {}, history};
   const Points on_nodes = forces.on_nodes();
   for (Index i = 0; i < rows.size() && forces; ++i) load.f[i] = along(rows, i, T_, on_nodes);
-  load.Ff = *rows.F * load.f;
+  load.Ff = rows.F * load.f;
   return load;
 }
 
@@ -334,7 +336,7 @@ void ResidualMotion::add_coordinates(const Vector& eta, Vector& q, Vector& rates
   const StaticRows& rows = of_->rows;
   const auto spread = [&](const Vector& g, double factor, Vector& x) {
     if (of_->whole) return add_to_coordinates(*rows_, factor * of_->displacements(g), x);
-    const Vector w = factor * (*rows.F * g);
+    const Vector w = factor * (rows.F * g);
     for (Index i = 0; i < rows.size(); ++i)
       x.segment<3>(k + 3 * rows.node[i]) += w[i] * rows.direction.row(i).transpose();
   };
@@ -376,8 +378,8 @@ void ResidualMotion::relax(double t, double share) {
 void ResidualMotion::settle(Settled& settled) {
   if (!of_) return;
   const Vector change = g_end_ - g_;
-  settled.change += change.dot(*of_->rows.F * change);
-  settled.energy += g_end_.dot(*of_->rows.F * g_end_);
+  settled.change += change.dot(Vector(of_->rows.F * change));
+  settled.energy += g_end_.dot(Vector(of_->rows.F * g_end_));
   for (NodeSet& set : sets_) {
     set.w = set.w_end;
     set.force = set.force_end;

@@ -231,7 +231,7 @@ ModalAnswer BodyModes::answer_of_modes(const std::vector<NodalSum>& sums, int te
         for (Index s = 0; s < rows.size(); ++s)
           if (rows.node[static_cast<std::size_t>(s)] == node)
             B(i, s) += rows.direction.row(s) * (T.transpose() * weight);
-    const Matrix FB = *rows.F * B.transpose();
+    const Matrix FB = rows.F * B.transpose();
     answer.S = {B * FB};
     answer.r = {FB.transpose() * modal_->residual().load()};
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "common/base/error.hpp"
@@ -41,6 +42,18 @@ class FreeSolver {
     const Matrix motion = P_.transpose() * B;
     B.noalias() -= N_ * motion;
     return B;
+  }
+
+  // B^T (1 - N P^T) K^-1 (1 - P N^T) B X   (s x q)
+  Matrix answers(const SparseMatrix& B, const Matrix& X, const Progress& progress) const {
+    constexpr Index at_once = 64;
+    Matrix Y(X.rows(), X.cols());
+    for (Index j = 0; j < X.cols(); j += at_once) {
+      const Index n = std::min(at_once, X.cols() - j);
+      progress(static_cast<double>(j) / static_cast<double>(X.cols()));
+      Y.middleCols(j, n) = B.transpose() * (*this)(B * X.middleCols(j, n));
+    }
+    return Y;
   }
 
   // B^T (1 - N P^T) K^-1 (1 - P N^T) B: with r = B^T N and g = B^T K^-1 P
@@ -133,6 +146,12 @@ Matrix kept_shapes(const FreeSolver& solve, const std::vector<Index>& dofs, Inde
   return Ldlt(0.5 * (F + F.transpose())).solve(Matrix(Y.transpose())).transpose();
 }
 
+ComplianceProbes probes_of(const StaticShare& forces, const Superelement& s) {
+  const std::set<Index> nodes(forces.node.begin(), forces.node.end());
+  return {s.coordinates(forces.node, Eigen::all), forces.direction,
+          static_cast<double>(forces.size()) / static_cast<double>(nodes.size())};
+}
+
 // Columns of a Gram matrix G that no others before them span.
 std::vector<Index> independent(const Matrix& G) {
   const Vector size = G.diagonal().cwiseMax(0.0).cwiseSqrt();
@@ -166,7 +185,7 @@ bool few_enough(const CharacteristicOptions& options, bool one_part, Index n_int
 std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
                                       const FreeComponent& model, const FreeFactor& factor,
                                       const Partition& p, const StaticShare& forces,
-                                      const Superelement& s, Report& report) {
+                                      const Superelement& s, Report& report, Index most_dense) {
   if (!factor.whole.ok() || factor.whole.smallest_pivot() < singular_whole) return {};
   FreeShapes shapes;
   const Index n = model.K.rows();
@@ -201,7 +220,14 @@ std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
     shapes.U.middleCols(m + shapes.n_kept, shapes.n_uniform) = solve(uniform);
   if (shapes.n_loads > 0) shapes.U.rightCols(shapes.n_loads) = solve(of_component(loads, p, s, n));
   const SparseMatrix B = loads_of(forces, p, s, n);
-  if (!forces.empty()) shapes.compliance = solve.compliance(B);
+  if (forces.size() > most_dense) {
+    shapes.probes = probes_of(forces, s);
+    shapes.compliance = solve.answers(B, shapes.probes->loads(), [&](double share) {
+      report.progress("compliance of the faces that touch", share);
+    });
+  } else if (!forces.empty()) {
+    shapes.compliance = solve.compliance(B);
+  }
   if (shapes.n_loads + shapes.n_kept > 0) shapes.pushed = B.transpose() * shapes.N;
   report.end_progress();
   if (shapes.lambda.size() > 0 && !(shapes.lambda(0) > 0)) return {};
@@ -278,11 +304,17 @@ CharacteristicFigures take_free_shapes(const FreeShapes& shapes, const Vector& l
   StaticShare& share = s.characteristic.statics;
   Matrix compliance = shapes.compliance;
   // As make_characteristic(): strain under inertia as the fixed-interface modes have it
-  if (shapes.pushed.size() > 0)
-    compliance -= shapes.pushed *
-                  (shapes.inertia - c * lambda.cwiseInverse().asDiagonal() * c.transpose()) *
-                  shapes.pushed.transpose();
-  if (!share.empty()) share.F = compliance_that_is_left(std::move(compliance), share, n_rigid, s);
+  if (shapes.pushed.size() > 0) {
+    const Matrix strain = shapes.inertia - c * lambda.cwiseInverse().asDiagonal() * c.transpose();
+    Matrix pushed = shapes.pushed.transpose();
+    if (shapes.probes) pushed = pushed * shapes.probes->loads();
+    compliance.noalias() -= shapes.pushed * (strain * pushed);
+  }
+  if (shapes.probes)
+    share.levels = shapes.probes->levels(
+        answers_that_are_left(std::move(compliance), shapes.probes->loads(), share, n_rigid, s));
+  else if (!share.empty())
+    share.F = compliance_that_is_left(std::move(compliance), share, n_rigid, s);
   CharacteristicFigures figures;
   figures.n_fixed = k;
   figures.n_rigid = n_rigid;

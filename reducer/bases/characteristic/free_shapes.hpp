@@ -8,6 +8,8 @@
 
 #include "common/superelement/superelement.hpp"
 #include "reducer/bases/characteristic/characteristic.hpp"
+#include "reducer/bases/characteristic/compliance_probes.hpp"
+#include "reducer/bases/characteristic/statics.hpp"
 #include "reducer/modes/free_factor.hpp"
 #include "reducer/partition/partition.hpp"
 
@@ -20,9 +22,11 @@ struct FreeShapes {
   Matrix K_U, M_U;  // their forces, once follow_statically() has found them
   // ascending eigenvalues of the free component's elastic modes, some beyond those in U
   Vector lambda;
-  Matrix compliance;  // s x s: B^T U_B of the static forces B, inertia in balance with them
-  Matrix pushed;      // s x 6, with loads or kept dofs: N^T B of these forces, transposed
-  Matrix inertia;     // 6 x 6, with pushed: P_I^T K_II^-1 P_I, by follow_statically()
+  // s x s: B^T U_B of the static forces B, inertia in balance with them; of `probes`: their answers
+  Matrix compliance;
+  std::optional<ComplianceProbes> probes;  // of many forces
+  Matrix pushed;   // s x 6, with loads or kept dofs: N^T B of these forces, transposed
+  Matrix inertia;  // 6 x 6, with pushed: P_I^T K_II^-1 P_I, by follow_statically()
   Index n_modes = 0, n_kept = 0, n_uniform = 0, n_loads = 0;  // of the columns of U
   std::vector<std::string> bare;                              // sets_without_statics()
 };
@@ -35,11 +39,13 @@ bool few_enough(const CharacteristicOptions& options, bool one_part, Index n_int
 // Shapes: the `modes` lowest elastic modes of the free component (one more where the last has a
 // twin), unit displacements of kept dofs, responses to uniform pressures and to the scene's loads.
 // p: partition of the interface of s; forces: of static_forces(). None when the stiffness has more
-// null vectors than rigid motions. InputError: more modes than dofs. RunError: of the eigensolver.
+// null vectors than rigid motions. More forces than `most_dense` have probes.
+// InputError: more modes than dofs. RunError: of the eigensolver.
 std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
                                       const FreeComponent& model, const FreeFactor& factor,
                                       const Partition& p, const StaticShare& forces,
-                                      const Superelement& s, Report& report);
+                                      const Superelement& s, Report& report,
+                                      Index most_dense = most_dense_forces);
 
 // The interior of the shapes follows their interface statically, U_I = -K_II^-1 K_IC U_C, so that
 // they span a subspace of Craig and Bampton's. Fixed-interface modes add the interior's dynamics. r

@@ -200,11 +200,27 @@ Matrix inertia_of(const InteriorInertia& inertia, const Matrix& R) {
   return X.transpose() * inertia.Q * X;
 }
 
-Matrix compliance_that_is_left(Matrix C, const StaticShare& forces, Index n_rigid,
-                               const Superelement& s) {
+namespace {
+
+// B^T V_e diag(1 / sqrt(eigenvalues))   (s x e)
+Matrix of_elastic_modes(const StaticShare& forces, Index n_rigid, const Superelement& s) {
   const Index e = s.k() - n_rigid;
   const Matrix V = forces_on_dofs(forces, s).transpose() * s.characteristic.V;
-  const Matrix G = V.rightCols(e) * s.eigenvalues.tail(e).cwiseSqrt().cwiseInverse().asDiagonal();
+  return V.rightCols(e) * s.eigenvalues.tail(e).cwiseSqrt().cwiseInverse().asDiagonal();
+}
+
+}  // namespace
+
+Matrix answers_that_are_left(Matrix CX, const Matrix& X, const StaticShare& forces, Index n_rigid,
+                             const Superelement& s) {
+  const Matrix G = of_elastic_modes(forces, n_rigid, s), GX = G.transpose() * X;
+  CX.noalias() -= G * GX;
+  return CX;
+}
+
+Matrix compliance_that_is_left(Matrix C, const StaticShare& forces, Index n_rigid,
+                               const Superelement& s) {
+  const Matrix G = of_elastic_modes(forces, n_rigid, s);
   C.selfadjointView<Eigen::Lower>().rankUpdate(G, -1);
   // Nothing left of a node's own is round-off, which may have either sign
   for (Index i = 0; i < C.rows(); ++i) C(i, i) = std::max(C(i, i), 0.0);

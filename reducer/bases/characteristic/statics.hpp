@@ -13,6 +13,9 @@
 
 namespace cbr {
 
+// More forces have their compliance in levels: 50 MB of a dense one.
+inline constexpr Index most_dense_forces = 2500;
+
 // Those that `statics` names, or else those of options.needs that the interface keeps. InputError:
 // statics names another.
 std::vector<TouchingSurface> touching_surfaces(const CharacteristicOptions& options,
@@ -55,5 +58,8 @@ Matrix inertia_of(const InteriorInertia& inertia, const Matrix& R);
 // without that of the elastic modes. The first n_rigid columns of s.characteristic.V are rigid.
 Matrix compliance_that_is_left(Matrix C, const StaticShare& forces, Index n_rigid,
                                const Superelement& s);
+// F X of C X for loads X (s x q)
+Matrix answers_that_are_left(Matrix CX, const Matrix& X, const StaticShare& forces, Index n_rigid,
+                             const Superelement& s);
 
 }  // namespace cbr

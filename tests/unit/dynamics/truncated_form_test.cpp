@@ -96,7 +96,7 @@ TEST(TruncatedForm, CompliesAsAllModesDo) {
   EXPECT_EQ(residual.omega_limit, 3.5);
   const Matrix whole = moved(all.V, all.omega), part = moved(form->V, form->omega),
                compliance = B.transpose() * whole;
-  EXPECT_LT((B.transpose() * part + *residual.rows.F - compliance).norm(),
+  EXPECT_LT((B.transpose() * part + residual.rows.F.formed() - compliance).norm(),
             1e-13 * compliance.norm());
   for (Index i = 0; i < 3; ++i) {
     const Vector both = part.col(i) + residual.displacements(Vector::Unit(3, i));

@@ -138,6 +138,56 @@ TEST(Statics, OfSparseSolvesAreExactToo) {
   }
 }
 
+// Of many forces, normal to a face or in all directions: against the dense matrix of the same face.
+TEST(Statics, OfManyForcesComeInLevels) {
+  const Mesh mesh = box_mesh({{18, 18, 3}, {18, 18, 3}, {0, 0, 0}, 0.1});
+  for (const bool slides : {false, true}) {
+    const ReductionOptions options = touching({"z_max"}, {{"z_max", slides}}, 0);
+    const auto with_statics = [&](Index most_dense) {
+      Superelement s = reduced(mesh, options);
+      FiniteElementModel model = assemble(mesh, properties(mesh, soft), MassKind::lumped);
+      const Partition p = partition(model, interface_nodes(mesh, model, {"z_max"}));
+      Points x(static_cast<Index>(model.nodes.size()), 3);
+      for (Index i = 0; i < x.rows(); ++i)
+        x.row(i) = mesh.coordinates.row(model.nodes[static_cast<std::size_t>(i)]);
+      Report report("test", Verbosity::quiet);
+      const FreeComponent component{model.K, model.M, x};
+      const FreeFactor factor = free_factor(component, p, 0);
+      auto shapes = free_shapes(options.characteristic, component, factor, p,
+                                s.characteristic.statics, s, report, most_dense);
+      follow_statically(p, SparseCholesky(p.K_II), *shapes);
+      take_free_shapes(*shapes, Vector(0), Matrix(p.n_interior(), 0), p, s, nullptr);
+      return s;
+    };
+    const Superelement dense = with_statics(5000), s = with_statics(500);
+    const Matrix& F = dense.characteristic.statics.F;
+    const std::vector<ComplianceLevel>& levels = s.characteristic.statics.levels;
+    ASSERT_GE(levels.size(), 3U);
+    const Index n = F.rows();
+    // Nothing gains energy
+    EXPECT_GT(symmetric_eigenvalues(compliance_product(levels, Matrix::Identity(n, n))).minCoeff(),
+              -1e-4 * F.diagonal().maxCoeff());
+    const Matrix C = of_modes(dense) + F;
+    const StaticShare& forces = dense.characteristic.statics;
+    for (const double radius : {0.1, 1.5, 3.0, 6.0, 100.0})
+      for (const Vector3& at : {Vector3(9, 9, 3), Vector3(3, 14, 3), Vector3(0, 0, 3)})
+        for (const Vector3& direction : {Vector3(0, 0, 1), Vector3(0.6, 0.8, 0)}) {
+          Vector p(n);
+          for (Index i = 0; i < n; ++i) {
+            const Index node = forces.node[static_cast<std::size_t>(i)];
+            const double r = (s.coordinates.row(node).transpose() - at).norm() / radius;
+            p[i] = std::sqrt(std::max(0.0, 1 - r * r)) * forces.direction.row(i).dot(direction);
+          }
+          if (p.isZero(1e-9)) continue;
+          const double work = p.dot(C * p),
+                       error = p.dot(Vector(compliance_product(levels, p) - F * p));
+          EXPECT_LT(std::abs(error), (radius > 2 ? 0.01 : 0.05) * work)
+              << slides << " " << radius << " at " << at.transpose() << ", "
+              << direction.transpose();
+        }
+  }
+}
+
 TEST(Statics, NodesOfTwoFacesHaveBothDirections) {
   const Mesh mesh = skewed();
   const Superelement s =

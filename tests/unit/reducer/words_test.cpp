@@ -373,7 +373,7 @@ TEST(FrequencyLines, AreTheLowestSixInHertz) {
 
 TEST(StaticsLines, TellNodesOfOneDirectionFromThoseOfThree) {
   const auto text = [](const std::vector<Index>& nodes) {
-    const auto lines = statics_lines(nodes);
+    const auto lines = statics_lines(nodes, nodes.size() == 5);
     return lines.empty() ? std::string() : lines.front().text;
   };
   EXPECT_EQ(text({}), "");
@@ -384,6 +384,8 @@ TEST(StaticsLines, TellNodesOfOneDirectionFromThoseOfThree) {
                 .find("at 3 nodes that may touch, in all directions at 1 of them, "
                       "for friction, and normal to their faces at the other 2"),
             std::string::npos);
+  EXPECT_NE(text({4, 4, 4, 7, 9}).find("of single nodes to some 2 %"), std::string::npos);
+  EXPECT_NE(text({4, 7}).find("in full"), std::string::npos);
 }
 
 // A box's own: m (b^2 + c^2) / 12; of nodes with lumped mass it is more.

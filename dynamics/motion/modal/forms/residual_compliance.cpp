@@ -28,7 +28,10 @@ StaticRows rows_of_massless(const Superelement& s, std::shared_ptr<const Matrix>
 // The matrix stays where it is, in the superelement.
 StaticRows rows_of_characteristic(const std::shared_ptr<const Superelement>& s) {
   const StaticShare& statics = s->characteristic.statics;
-  return static_rows(statics.node, statics.direction, {s, &statics.F}, s->coordinates.rows());
+  const StaticCompliance F = statics.levels.empty()
+                                 ? StaticCompliance(std::shared_ptr<const Matrix>(s, &statics.F))
+                                 : StaticCompliance(statics.levels);
+  return static_rows(statics.node, statics.direction, F, s->coordinates.rows());
 }
 
 // F - F_:j F_j: / F_jj: row j is held, and moves no more. A pivot below `least` is 0.
@@ -52,17 +55,16 @@ std::shared_ptr<const ModalForm> held_characteristic(const Superelement& s, cons
   ResidualCompliance residual;
   residual.rows = free;
   residual.omega_limit = form.omega.size() > 0 ? form.omega.maxCoeff() : 0;
-  Matrix F = *free.F;
-  const Vector whole = F.diagonal();
-  bool changed = false;
-  for (const HeldDirection& direction : held) {
-    for (Index j = free.first[direction.node]; j < free.first[direction.node + 1]; ++j) {
-      if (std::abs(free.direction.row(j).dot(direction.direction)) < 1e-6) continue;
-      hold_row(j, least_share * whole[j], F);
-      changed = true;
-    }
+  std::vector<Index> changed;
+  for (const HeldDirection& direction : held)
+    for (Index j = free.first[direction.node]; j < free.first[direction.node + 1]; ++j)
+      if (std::abs(free.direction.row(j).dot(direction.direction)) >= 1e-6) changed.push_back(j);
+  if (!changed.empty()) {
+    Matrix F = free.F.formed();
+    const Vector whole = F.diagonal();
+    for (const Index j : changed) hold_row(j, least_share * whole[j], F);
+    residual.rows.F = std::make_shared<const Matrix>(0.5 * (F + F.transpose()));
   }
-  if (changed) residual.rows.F = std::make_shared<const Matrix>(0.5 * (F + F.transpose()));
   return with_residual(std::move(form), std::move(residual));
 }
 
@@ -112,8 +114,8 @@ std::shared_ptr<const ModalForm> held_massless(const Superelement& s, const Moda
 
 }  // namespace
 
-StaticRows static_rows(const std::vector<Index>& node, const Points& direction,
-                       std::shared_ptr<const Matrix> F, Index n) {
+StaticRows static_rows(const std::vector<Index>& node, const Points& direction, StaticCompliance F,
+                       Index n) {
   std::vector<Index> order(node.size());
   std::iota(order.begin(), order.end(), Index{0});
   std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return node[a] < node[b]; });
@@ -124,7 +126,7 @@ StaticRows static_rows(const std::vector<Index>& node, const Points& direction,
   for (const Index at : node) ++rows.first[at + 1];
   std::partial_sum(rows.first.begin(), rows.first.end(), rows.first.begin());
   const bool sorted = std::is_sorted(order.begin(), order.end());
-  rows.F = sorted ? std::move(F) : std::make_shared<const Matrix>((*F)(order, order));
+  rows.F = sorted ? std::move(F) : F.of_rows(order);
   return rows;
 }
 
@@ -145,7 +147,7 @@ std::shared_ptr<const ResidualCompliance::OfNodes> ResidualCompliance::of_nodes(
   }
   part->direction = rows.direction(of->row, Eigen::all);
   const bool all = part->size() == rows.size() && std::is_sorted(of->row.begin(), of->row.end());
-  part->F = all ? rows.F : std::make_shared<const Matrix>((*rows.F)(of->row, of->row));
+  part->F = all ? rows.F : rows.F.of_rows(of->row);
   of->rows = std::move(part);
   if (is_massless) {
     of->A = std::make_shared<const Matrix>(0, modal_rows.n_dofs());

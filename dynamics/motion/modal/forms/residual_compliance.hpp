@@ -64,8 +64,8 @@ struct ResidualCompliance {
 };
 
 // Rows in the order of their nodes (< n), whatever the order of `node`.
-StaticRows static_rows(const std::vector<Index>& node, const Points& direction,
-                       std::shared_ptr<const Matrix> F, Index n);
+StaticRows static_rows(const std::vector<Index>& node, const Points& direction, StaticCompliance F,
+                       Index n);
 
 // Of basis massless, or characteristic with residual compliance. InputError when the rigid modes do
 // not agree with /rigid_body, named by `where`.
