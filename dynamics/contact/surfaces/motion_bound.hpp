@@ -25,10 +25,10 @@ inline MotionBound later(const MotionBound& bound, double t) {
   return then;
 }
 
-// First time at which gap + speed t - growth t - acceleration t^2 / 2 reaches 0.
-inline double first_root(double gap, double speed, double growth, double acceleration) {
+// First time at which gap + speed t - spread t - acceleration t^2 / 2 reaches 0.
+inline double first_root(double gap, double speed, double spread, double acceleration) {
   if (!(gap > 0)) return 0;
-  const double closing = growth - speed;
+  const double closing = spread - speed;
   if (!(acceleration > 0)) return closing > 0 ? gap / closing : HUGE_VAL;
   return 2 * gap / (closing + std::sqrt(closing * closing + 2 * acceleration * gap));
 }
