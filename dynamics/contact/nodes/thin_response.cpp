@@ -3,6 +3,7 @@
 
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/kernels/symmetric_product.hpp"
+#include "dynamics/contact/nodes/dense_panels.hpp"
 
 namespace cbr {
 
@@ -57,10 +58,17 @@ double respond(const ThinResponse& S, const Matrix& p, Matrix& move, Matrix& sti
                bool still_is_known) {
   const Matrix& A = *S.A;
   move.setZero(p.rows(), p.cols());
+  double bytes = 8 * static_cast<double>(A.size() * p.cols());
+  std::vector<RowWeight> loaded;  // few nodes near contact have an impulse
   if (A.rows() > 0) {
     const LargeBlasWork blas = LargeBlasWork::reading(A.size());
     for (Index q = 0; q < p.cols(); ++q) {
-      work.kick.noalias() = A * p.col(q);
+      loaded.clear();
+      for (Index i = 0; i < p.rows(); ++i)
+        if (p(i, q) != 0) loaded.push_back({i, p(i, q)});
+      work.kick.setZero(A.rows());
+      add_weighted(A, loaded, 0, A.rows(), work.kick.data());
+      bytes += 8 * static_cast<double>(A.rows() * std::ssize(loaded));
       if (S.C_is_diagonal) {
         work.kick.array() *= S.C.diagonal().array();
       } else {
@@ -69,14 +77,13 @@ double respond(const ThinResponse& S, const Matrix& p, Matrix& move, Matrix& sti
       move.col(q).noalias() = A.transpose() * work.kick;
     }
   }
-  double bytes = 0;
   if (!still_is_known) {
     S.rows->gather(p, work.pressed);
     work.pressed /= S.h;
-    bytes = press(*S.rows, work.pressed, still, work.columns);
+    bytes += press(*S.rows, work.pressed, still, work.columns);
   }
   S.rows->add_spread(still, move);
-  return bytes + 16 * static_cast<double>(A.size() * p.cols());
+  return bytes;
 }
 
 }  // namespace cbr

@@ -56,6 +56,7 @@ void add_part(const ContactGroup& group, const ContactSearch& of, bool by_slots,
   Points now = Points::Zero(by_slots ? of.memory->offset.size() : n, 3);
   Vector sizes = Vector::Zero(now.rows());
   for (Index i = 0; i < n; ++i) {
+    if (impulses.row(first + i).isZero(0)) continue;
     now.row(row(i)) += impulses.row(first + i) * point(i).frame / h;
     sizes[row(i)] += impulses.row(first + i).lpNorm<Eigen::Infinity>();
   }
