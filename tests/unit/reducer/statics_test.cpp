@@ -159,7 +159,7 @@ TEST(Statics, OfManyForcesComeInLevels) {
       take_free_shapes(*shapes, Vector(0), Matrix(p.n_interior(), 0), p, s, nullptr);
       return s;
     };
-    const Superelement dense = with_statics(5000), s = with_statics(500);
+    const Superelement dense = with_statics(5000), s = with_statics(300);
     const Matrix& F = dense.characteristic.statics.F;
     const std::vector<ComplianceLevel>& levels = s.characteristic.statics.levels;
     ASSERT_GE(levels.size(), 3U);
@@ -169,7 +169,7 @@ TEST(Statics, OfManyForcesComeInLevels) {
               -1e-4 * F.diagonal().maxCoeff());
     const Matrix C = of_modes(dense) + F;
     const StaticShare& forces = dense.characteristic.statics;
-    for (const double radius : {0.1, 1.5, 3.0, 6.0, 100.0})
+    for (const double radius : {0.5, 1.5, 3.0, 6.0, 100.0})
       for (const Vector3& at : {Vector3(9, 9, 3), Vector3(3, 14, 3), Vector3(0, 0, 3)})
         for (const Vector3& direction : {Vector3(0, 0, 1), Vector3(0.6, 0.8, 0)}) {
           Vector p(n);
@@ -178,7 +178,7 @@ TEST(Statics, OfManyForcesComeInLevels) {
             const double r = (s.coordinates.row(node).transpose() - at).norm() / radius;
             p[i] = std::sqrt(std::max(0.0, 1 - r * r)) * forces.direction.row(i).dot(direction);
           }
-          if (p.isZero(1e-9)) continue;
+          if (!slides && direction.z() == 0) continue;  // normals have hardly a part along it
           const double work = p.dot(C * p),
                        error = p.dot(Vector(compliance_product(levels, p) - F * p));
           EXPECT_LT(std::abs(error), (radius > 2 ? 0.01 : 0.05) * work)
