@@ -10,10 +10,10 @@
 namespace cbr {
 
 // One term P^T S P of a compliance F (s x s). Its places are some of the forces; coarse levels have
-// few, the last one all.
+// few, the last one all. Level 0 has vectors in the place of shares, and a diagonal S.
 struct ComplianceLevel {
   SparseMatrix P;  // k x s: column i has the shares of force i at places near it, which add up to 1
-  SparseMatrix S;  // k x k, symmetric, both triangles; but for the first level of near places alone
+  SparseMatrix S;  // k x k, symmetric, both triangles; from level 2 on of near places alone
 };
 
 // F X = sum of P^T S P X over the levels   (s x q)
