@@ -137,6 +137,33 @@ TEST(BasisEnergy, IsToldApartFromFrictionAndCommonMotion) {
   EXPECT_FALSE(meet("superelement", ", basis: massless", "").first);
 }
 
+// Impacts that lose a twelfth each add up.
+TEST(BasisEnergy, WarnsOfManyImpacts) {
+  SceneFolder folder;
+  folder.add("block.exo", test::block_mesh({{6, 3, 3}, Vector3::Ones()}));
+  const auto warning = [&](const char* as, double end) {
+    const Ran ran = folder.run(
+        "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: 1}}\n"
+        "components: {c: {mesh: block.exo, material: m, reduction: {interface: [x_min, x_max], "
+        "modes: 20}}}\ninstances: {a: {component: c, as: " +
+        std::string(as) +
+        ", velocity: [0.3, 0, 0]}}\n"
+        "walls: {l: {plane: {point: [-0.01, 0, 0], normal: [1, 0, 0]}}, r: {plane: {point: [1.01, "
+        "0, 0], normal: [-1, 0, 0]}}}\n"
+        "contact:\n  - {between: [a.x_min, l]}\n  - {between: [a.x_max, r]}\ntime: {end: " +
+        test::text(end) + "}\noutput: {every: 0.0025}\n");
+    return warning_of(*energy_outside_basis(ran.built, ran.result)).value_or("");
+  };
+  EXPECT_EQ(warning("mesh", 0.22), "");
+  const std::string reduced = warning("superelement", 4), mesh = warning("mesh", 4);
+  EXPECT_NE(reduced.find(" impacts, to truncated modes of component 'c': basis: massless"),
+            std::string::npos)
+      << reduced;
+  EXPECT_NE(mesh.find("to the mass of face nodes of component 'c': as: superelement with"),
+            std::string::npos)
+      << mesh;
+}
+
 // Of two rigid blocks the second lands later, and stays: both losses count. At rest there is none.
 TEST(BasisEnergy, OfRigidBlocksIsLostUpToTheEnd) {
   SceneFolder folder;

@@ -4,6 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <vector>
+
+#include "common/base/error.hpp"
+#include "common/base/format_text.hpp"
 
 namespace cbr {
 namespace {
@@ -30,6 +34,24 @@ double common_motion(const BuiltScene& built, const RunResult& result) {
   return mass > 0 ? momentum.squaredNorm() / (2 * mass) : 0;
 }
 
+// Adds the component of a body that loses energy to what the warning names.
+void name_component(const BuiltScene::OfInstance& instance, const ContactPair& pair,
+                    OutsideBasis& outside) {
+  constexpr double part = 0.25;  // of a face: contact of edges, corners and curved faces
+  const bool is_reduced = !instance.parts.empty();
+  if (is_reduced && !outside.has_modes) outside.components.clear();
+  if (instance.is_rigid || (outside.has_modes && !is_reduced)) return;
+  outside.components.insert(instance.component);
+  if (!is_reduced) return;
+  outside.has_modes = true;
+  outside.may_be_massless &= instance.parts.size() == 1;
+  const auto& accuracy = instance.parts.front().superelement->accuracy;
+  outside.modes_help |= !accuracy || !accuracy->rho_floor ||
+                        accuracy->rho_res.maxCoeff() > 1.5 * accuracy->rho_floor->maxCoeff();
+  outside.of_faces_in_part |= instance.parts.front().superelement->is_characteristic() &&
+                              pair.seen().largest_area < part * pair.slave->areas.sum();
+}
+
 }  // namespace
 
 double energy_of_a_step(const BuiltScene& built, const RunResult& result) {
@@ -51,21 +73,28 @@ double energy_of_a_step(const BuiltScene& built, const RunResult& result) {
 std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const RunResult& result) {
   OutsideBasis outside;
   bool any = false;
-  for (const ContactPair& pair : built.simulation.pairs) {
+  const std::vector<ContactPair>& pairs = built.simulation.pairs;
+  for (const ContactPair& pair : pairs) {
     if (pair.law.law == ContactLaw::tied || pair.seen().largest_area == 0) continue;
     if (pair.enforcement != Enforcement::impulse) {
       outside.has_others = true;
       continue;
     }
+    bool loses = false;
     for (const ContactSurface* surface : surfaces_of(pair)) {
       const auto& instance = built.instances[built.simulation.contact_nodes[surface->body].body];
       if (is_massless(instance)) continue;
-      any = true;
-      outside.has_modes |= !instance.parts.empty();
+      loses = true;
       outside.all_rigid &= instance.is_rigid;
+      name_component(instance, pair, outside);
     }
+    const auto& series = result.pairs[static_cast<std::size_t>(&pair - pairs.data())];
+    if (loses && !series.empty())
+      outside.n_impacts += static_cast<Index>(series["impacts"].values.back());
+    any |= loses;
   }
   if (!any) return std::nullopt;
+  outside.may_be_massless &= !built.simulation.plan.newmark_alpha;
   std::size_t at = result.time.size() - 1;
   for (std::size_t i = 0; i < result.time.size(); ++i)
     if (result.active[i] == 0) at = i;
@@ -111,6 +140,29 @@ std::string text_of(const OutsideBasis& outside, bool momentum_is_kept) {
          << " (" << cure << ")";
   text << "; friction: " << outside.friction;
   return text.str();
+}
+
+std::optional<std::string> warning_of(const OutsideBasis& outside) {
+  constexpr double much = 0.2;
+  constexpr Index many = 3;
+  const double share = outside.scale > 0 ? outside.energy / outside.scale : 0;
+  if (!(share > much) || outside.all_rigid || outside.has_others) return std::nullopt;
+  std::string cure;
+  if (outside.of_faces_in_part)
+    cure = "basis: craig-bampton loses less where edges or parts of a face strike; ";
+  if (outside.n_impacts > many && outside.may_be_massless)
+    cure += std::string(outside.has_modes ? "" : "as: superelement with ") +
+            "basis: massless and massless_modes: tapered lose none in many impacts; ";
+  // Modes up to a frequency f are as many as f^3, and leave a layer of the thickness 1 / f at a
+  // face
+  cure += outside.modes_help ? "8 times the modes" : "elements of half the size at the face";
+  return format_text("contact lost %.3g %% of the energy, in %td impact%s, to ", 100 * share,
+                     static_cast<std::ptrdiff_t>(outside.n_impacts),
+                     outside.n_impacts == 1 ? "" : "s") +
+         (outside.has_modes ? "truncated modes of " : "the mass of face nodes of ") +
+         (outside.components.size() == 1 ? "component '" : "components '") +
+         join({outside.components.begin(), outside.components.end()}, "', '") + "': " + cure +
+         " about halve the loss of an impact";
 }
 
 }  // namespace cbr

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 
 #include "dynamics/run/simulation/run_result.hpp"
@@ -25,6 +26,12 @@ struct OutsideBasis {
   bool all_rigid = true;  // contact acted on rigid bodies and walls only
   // springs or node-lumped contact acted too: `energy` includes their loss
   bool has_others = false;
+  Index n_impacts = 0;  // of the pairs that lose it: times that contact began
+  // superelements with mass on their interface, or with meshes alone these
+  std::set<std::string> components = {};
+  bool of_faces_in_part = false;  // basis characteristic: contact on less than a quarter of a face
+  bool may_be_massless = true;    // the scene allows `basis: massless` in place of theirs
+  bool modes_help = false;        // the mesh's own face nodes are less than most of the loss
 };
 
 // Kinetic energy of rigid bodies by the last contact forces in one step: they have it at rest, as
@@ -40,5 +47,8 @@ std::optional<double> share_outside_basis(const BuiltScene& built, const RunResu
 // "energy lost to truncated modes: 1.2e+06, 10.8 % of the energy against the common centre of mass
 // (good: ...); friction: 0"
 std::string text_of(const OutsideBasis& outside, bool momentum_is_kept);
+
+// Warns of a large share, and names the component and the cure. None: no warning.
+std::optional<std::string> warning_of(const OutsideBasis& outside);
 
 }  // namespace cbr

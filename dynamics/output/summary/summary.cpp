@@ -291,9 +291,9 @@ void summarise(const BuiltScene& built, const RunResult& result, bool is_restart
   work_line(built, result, report);
   const Balance b = balance(result);
   balance_lines(built, result, b, report);
-  if (const auto outside =
-          built.simulation.is_static ? std::nullopt : energy_outside_basis(built, result))
-    report.line(text_of(*outside, built.momentum_is_kept));
+  const auto outside =
+      built.simulation.is_static ? std::nullopt : energy_outside_basis(built, result);
+  if (outside) report.line(text_of(*outside, built.momentum_is_kept));
   contact_lines(built, is_restarted, report);
   for (const std::string& note : built.notes) report.line("note: " + note);
   if (!is_energy_kept(built, result, b))
@@ -304,6 +304,7 @@ void summarise(const BuiltScene& built, const RunResult& result, bool is_restart
   steps_warning(built, result, report);
   distance_warning(built, report);
   energy_warning(built, result, report);
+  if (const auto warning = outside ? warning_of(*outside) : std::nullopt) report.warning(*warning);
   rotation_warnings(built, result, report);
   strain_warnings(built, report);
 }
