@@ -3,27 +3,46 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "common/linalg/kernels/clones.hpp"
 
 namespace cbr::narrow {
 namespace {
 
-typedef double Lanes __attribute__((vector_size(width * sizeof(double))));
-
-// Columns of L that are read side by side, their rows of X in registers: as many streams, which the
-// processor reads ahead.
-constexpr Index together = 8;
-
 // Prefetch distance in L (4 kB). Into the second cache, as requests for the first queue with all
 // other reads.
 constexpr Index ahead = 512;
 constexpr int into_second_cache = 2, to_be_read = 0;
 
-// Loops over columns are unrolled at every level of optimisation, as arrays of
-// lanes stay in registers only then.
-#define CBR_UNROLL _Pragma("GCC unroll 8")
-#define CBR_INLINE inline __attribute__((always_inline))
+// A row of eight numbers, in registers of a processor's width.
+template <int lanes>
+struct Row {
+  typedef double Lanes __attribute__((vector_size(lanes * sizeof(double))));
+  static constexpr int parts = width / lanes;
+  // Columns of L that are read side by side, their rows of X in registers: as many streams, which
+  // the processor reads ahead.
+  static constexpr Index together = parts == 1 ? 8 : 6;
+
+  Lanes low, high;  // high: of two parts
+
+  CBR_INLINE static Row read(const double* from) {
+    Row row{};
+    std::memcpy(&row.low, from, sizeof(Lanes));
+    if constexpr (parts == 2) std::memcpy(&row.high, from + lanes, sizeof(Lanes));
+    return row;
+  }
+  CBR_INLINE void write(double* to) const {
+    std::memcpy(to, &low, sizeof(Lanes));
+    if constexpr (parts == 2) std::memcpy(to + lanes, &high, sizeof(Lanes));
+  }
+  CBR_INLINE void add(double factor, const Row& x) {
+    low += factor * x.low;
+    if constexpr (parts == 2) high += factor * x.high;
+  }
+};
+using Avx512 = Row<8>;  // 32 registers
+using Avx2 = Row<4>;    // 16 registers, all of which X would need with eight columns
 
 // Prefetches entries `skip` numbers behind row i of so many columns: one line at each call, all of
 // them in `rows` calls.
@@ -34,114 +53,103 @@ CBR_INLINE void fetch(const double* L, Index stride, Index skip, Index i) {
 }
 
 // From a group of columns to the one that is fetched beside it
-Index skip_of(Index stride, Index rows) {
-  const Index group = std::max<Index>(1, rows * together);
-  return (ahead + group - 1) / group * together * stride;
+template <typename In>
+CBR_INLINE Index skip_of(Index stride, Index rows) {
+  const Index group = std::max<Index>(1, rows * In::together);
+  return (ahead + group - 1) / group * In::together * stride;
 }
 
-// Y <- Y + L X of so many columns   (rows x width)
-template <Index columns>
+template <Index... r>
+using Columns = std::integer_sequence<Index, r...>;
+
+// Y <- Y + L X of the columns r   (rows x width)
+template <typename In, Index... r>
 CBR_INLINE void add_columns(const double* L, Index stride, Index rows, Index skip,
-                            const double* X_t, double* Y_t) {
-  Lanes x[columns];
-  std::memcpy(x, X_t, sizeof x);
+                            const double* X_t, double* Y_t, Columns<r...>) {
+  const In x[] = {In::read(X_t + width * r)...};
   for (Index i = 0; i < rows; ++i) {
-    Lanes y;
-    std::memcpy(&y, Y_t + width * i, sizeof y);
-    Lanes z = {};
-    fetch<columns>(L, stride, skip, i);
-    CBR_UNROLL
-    for (Index r = 0; r < columns; r += 2) {
-      y += L[r * stride + i] * x[r];
-      if (r + 1 < columns) z += L[(r + 1) * stride + i] * x[r + 1];
-    }
-    y += z;
-    std::memcpy(Y_t + width * i, &y, sizeof y);
+    In y = In::read(Y_t + width * i), z{};
+    fetch<sizeof...(r)>(L, stride, skip, i);
+    ((r % 2 ? z : y).add(L[r * stride + i], x[r]), ...);
+    y.add(1, z);
+    y.write(Y_t + width * i);
   }
 }
 
-// X <- X - L^T Y of so many columns   (columns x width)
-template <Index columns>
+// X <- X - L^T Y of the columns r   (columns x width)
+template <typename In, Index... r>
 CBR_INLINE void subtract_columns(const double* L, Index stride, Index rows, Index skip,
-                                 const double* Y_t, double* X_t) {
-  Lanes sum[columns];
-  std::memcpy(sum, X_t, sizeof sum);
+                                 const double* Y_t, double* X_t, Columns<r...>) {
+  In sum[] = {In::read(X_t + width * r)...};
   for (Index i = 0; i < rows; ++i) {
-    Lanes y;
-    std::memcpy(&y, Y_t + width * i, sizeof y);
-    fetch<columns>(L, stride, skip, i);
-    CBR_UNROLL
-    for (Index r = 0; r < columns; ++r) sum[r] -= L[r * stride + i] * y;
+    const In y = In::read(Y_t + width * i);
+    fetch<sizeof...(r)>(L, stride, skip, i);
+    (sum[r].add(-L[r * stride + i], y), ...);
   }
-  std::memcpy(X_t, sum, sizeof sum);
+  (sum[r].write(X_t + width * r), ...);
 }
 
-CBR_CLONES void multiply_panel(const double* L, Index stride, Index rows, Index columns,
-                               const double* X_t, double* Y_t) {
-  std::fill_n(Y_t, width * rows, 0.0);
-  const Index skip = skip_of(stride, rows);
-  Index j = 0;
-  for (; j + together <= columns; j += together)
-    add_columns<together>(L + j * stride, stride, rows, skip, X_t + width * j, Y_t);
-  const double *l = L + j * stride, *x = X_t + width * j;
-  switch (columns - j) {
-    case 7:
-      return add_columns<7>(l, stride, rows, skip, x, Y_t);
-    case 6:
-      return add_columns<6>(l, stride, rows, skip, x, Y_t);
-    case 5:
-      return add_columns<5>(l, stride, rows, skip, x, Y_t);
-    case 4:
-      return add_columns<4>(l, stride, rows, skip, x, Y_t);
-    case 3:
-      return add_columns<3>(l, stride, rows, skip, x, Y_t);
-    case 2:
-      return add_columns<2>(l, stride, rows, skip, x, Y_t);
-    case 1:
-      return add_columns<1>(l, stride, rows, skip, x, Y_t);
-    default:
-      return;
+// All columns: `most` side by side, then what is left.
+template <typename In, bool transposed, Index most>
+CBR_INLINE void panel(const double* L, Index stride, Index rows, Index columns, Index skip,
+                      const double* from, double* to) {
+  constexpr std::make_integer_sequence<Index, most> group;
+  for (; columns >= most; columns -= most, L += most * stride) {
+    if constexpr (transposed) {
+      subtract_columns<In>(L, stride, rows, skip, from, to, group);
+      to += width * most;
+    } else {
+      add_columns<In>(L, stride, rows, skip, from, to, group);
+      from += width * most;
+    }
   }
+  if constexpr (most > 1) panel<In, transposed, most - 1>(L, stride, rows, columns, skip, from, to);
 }
 
-CBR_CLONES void subtract_panel(const double* L, Index stride, Index rows, Index columns,
-                               const double* Y_t, double* X_t) {
-  const Index skip = skip_of(stride, rows);
-  Index j = 0;
-  for (; j + together <= columns; j += together)
-    subtract_columns<together>(L + j * stride, stride, rows, skip, Y_t, X_t + width * j);
-  const double* l = L + j * stride;
-  double* x = X_t + width * j;
-  switch (columns - j) {
-    case 7:
-      return subtract_columns<7>(l, stride, rows, skip, Y_t, x);
-    case 6:
-      return subtract_columns<6>(l, stride, rows, skip, Y_t, x);
-    case 5:
-      return subtract_columns<5>(l, stride, rows, skip, Y_t, x);
-    case 4:
-      return subtract_columns<4>(l, stride, rows, skip, Y_t, x);
-    case 3:
-      return subtract_columns<3>(l, stride, rows, skip, Y_t, x);
-    case 2:
-      return subtract_columns<2>(l, stride, rows, skip, Y_t, x);
-    case 1:
-      return subtract_columns<1>(l, stride, rows, skip, Y_t, x);
-    default:
-      return;
-  }
+template <typename In, bool transposed>
+CBR_INLINE void panel_in(const double* L, Index stride, Index rows, Index columns,
+                         const double* from, double* to) {
+  panel<In, transposed, In::together>(L, stride, rows, columns, skip_of<In>(stride, rows), from,
+                                      to);
 }
+
+CBR_CLONES void add(const double* L, Index stride, Index rows, Index columns, const double* X_t,
+                    double* Y_t) {
+  panel_in<Avx2, false>(L, stride, rows, columns, X_t, Y_t);
+}
+CBR_CLONES void subtract(const double* L, Index stride, Index rows, Index columns,
+                         const double* Y_t, double* X_t) {
+  panel_in<Avx2, true>(L, stride, rows, columns, Y_t, X_t);
+}
+
+#ifdef CBR_AVX512
+CBR_AVX512 void add_wide(const double* L, Index stride, Index rows, Index columns,
+                         const double* X_t, double* Y_t) {
+  panel_in<Avx512, false>(L, stride, rows, columns, X_t, Y_t);
+}
+CBR_AVX512 void subtract_wide(const double* L, Index stride, Index rows, Index columns,
+                              const double* Y_t, double* X_t) {
+  panel_in<Avx512, true>(L, stride, rows, columns, Y_t, X_t);
+}
+#endif
 
 }  // namespace
 
 void multiply(const double* L, Index stride, Index rows, Index columns, const double* X_t,
               double* Y_t) {
-  multiply_panel(L, stride, rows, columns, X_t, Y_t);
+  std::fill_n(Y_t, width * rows, 0.0);
+#ifdef CBR_AVX512
+  if (has_avx512()) return add_wide(L, stride, rows, columns, X_t, Y_t);
+#endif
+  add(L, stride, rows, columns, X_t, Y_t);
 }
 
 void subtract_transposed(const double* L, Index stride, Index rows, Index columns,
                          const double* Y_t, double* X_t) {
-  subtract_panel(L, stride, rows, columns, Y_t, X_t);
+#ifdef CBR_AVX512
+  if (has_avx512()) return subtract_wide(L, stride, rows, columns, Y_t, X_t);
+#endif
+  subtract(L, stride, rows, columns, Y_t, X_t);
 }
 
 }  // namespace cbr::narrow

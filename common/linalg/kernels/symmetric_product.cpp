@@ -22,8 +22,7 @@ constexpr int n_parts = 4;
 // gain more than they cost.
 constexpr Index worth_a_thread = 1000000;
 
-constexpr int lanes = 8, strip = 4;
-typedef double Lanes __attribute__((vector_size(lanes * sizeof(double))));
+constexpr int strip = 4;
 
 struct Strip {
   std::array<const double*, strip> s;  // columns of S
@@ -32,37 +31,41 @@ struct Strip {
   Index stride, rows;
 };
 
-inline double sum(const Lanes& a) {
-  return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]));
-}
-
-// y += S x_J and dot += S^T x over the strip's four columns J, for m right-hand sides in one pass
-// over S.
-template <int m>
-__attribute__((always_inline)) inline void strip_product(const Strip& a,
-                                                         const double (&x_J)[strip][m],
-                                                         double (&dot)[strip][m]) {
-  Lanes sums[strip][m] = {};
+// y += S x_J and dot += S^T x over `columns` of the strip's columns J from `first` on, for m
+// right-hand sides in one pass over S, so many numbers at a time.
+template <int lanes, int first, int columns, int m>
+CBR_INLINE void columns_product(const Strip& a, const double (&x_J)[strip][m],
+                                double (&dot)[strip][m]) {
+  typedef double Lanes __attribute__((vector_size(lanes * sizeof(double))));
+  Lanes sums[columns][m] = {};
   Index i = 0;
   for (; i + lanes <= a.rows; i += lanes) {
-    Lanes s[strip];
-    for (int j = 0; j < strip; ++j) std::memcpy(&s[j], a.s[j] + i, sizeof(Lanes));
+    Lanes s[columns];
+    CBR_UNROLL
+    for (int j = 0; j < columns; ++j) std::memcpy(&s[j], a.s[first + j] + i, sizeof(Lanes));
+    CBR_UNROLL
     for (int k = 0; k < m; ++k) {
       Lanes x, y;
       std::memcpy(&x, a.x + k * a.stride + i, sizeof(Lanes));
       std::memcpy(&y, a.y + k * a.stride + i, sizeof(Lanes));
-      for (int j = 0; j < strip; ++j) {
-        y += s[j] * x_J[j][k];
+      CBR_UNROLL
+      for (int j = 0; j < columns; ++j) {
+        y += s[j] * x_J[first + j][k];
         sums[j][k] += s[j] * x;
       }
       std::memcpy(a.y + k * a.stride + i, &y, sizeof(Lanes));
     }
   }
-  for (int j = 0; j < strip; ++j)
-    for (int k = 0; k < m; ++k) dot[j][k] = sum(sums[j][k]);
+  for (int j = 0; j < columns; ++j) {
+    for (int k = 0; k < m; ++k) {
+      double sum = 0;
+      for (int l = 0; l < lanes; ++l) sum += sums[j][k][l];
+      dot[first + j][k] = sum;
+    }
+  }
   for (; i < a.rows; ++i) {
     for (int k = 0; k < m; ++k) {
-      for (int j = 0; j < strip; ++j) {
+      for (int j = first; j < first + columns; ++j) {
         a.y[k * a.stride + i] += a.s[j][i] * x_J[j][k];
         dot[j][k] += a.s[j][i] * a.x[k * a.stride + i];
       }
@@ -70,30 +73,42 @@ __attribute__((always_inline)) inline void strip_product(const Strip& a,
   }
 }
 
-CBR_CLONES void product_1(const Strip& a, const double (&x)[strip][1], double (&dot)[strip][1]) {
-  strip_product<1>(a, x, dot);
-}
-CBR_CLONES void product_2(const Strip& a, const double (&x)[strip][2], double (&dot)[strip][2]) {
-  strip_product<2>(a, x, dot);
-}
-CBR_CLONES void product_3(const Strip& a, const double (&x)[strip][3], double (&dot)[strip][3]) {
-  strip_product<3>(a, x, dot);
-}
-CBR_CLONES void product_4(const Strip& a, const double (&x)[strip][4], double (&dot)[strip][4]) {
-  strip_product<4>(a, x, dot);
+// Of the whole strip. Sums of `columns` x m, as many numbers of S, x and y fit the registers.
+template <int lanes, int columns, int m>
+CBR_INLINE void strip_product(const Strip& a, const double (&x)[strip][m],
+                              double (&dot)[strip][m]) {
+  columns_product<lanes, 0, columns, m>(a, x, dot);
+  if constexpr (columns < strip) columns_product<lanes, columns, strip - columns, m>(a, x, dot);
 }
 
-inline void product(const Strip& a, const double (&x)[strip][1], double (&dot)[strip][1]) {
-  product_1(a, x, dot);
+CBR_CLONES void product_1(const Strip& a, const double (&x)[strip][1], double (&dot)[strip][1]) {
+  strip_product<4, 4>(a, x, dot);
 }
-inline void product(const Strip& a, const double (&x)[strip][2], double (&dot)[strip][2]) {
-  product_2(a, x, dot);
+CBR_CLONES void product_2(const Strip& a, const double (&x)[strip][2], double (&dot)[strip][2]) {
+  strip_product<4, 4>(a, x, dot);
 }
-inline void product(const Strip& a, const double (&x)[strip][3], double (&dot)[strip][3]) {
-  product_3(a, x, dot);
+CBR_CLONES void product_3(const Strip& a, const double (&x)[strip][3], double (&dot)[strip][3]) {
+  strip_product<4, 2>(a, x, dot);
 }
-inline void product(const Strip& a, const double (&x)[strip][4], double (&dot)[strip][4]) {
-  product_4(a, x, dot);
+CBR_CLONES void product_4(const Strip& a, const double (&x)[strip][4], double (&dot)[strip][4]) {
+  strip_product<4, 2>(a, x, dot);
+}
+#ifdef CBR_AVX512
+template <int m>
+CBR_AVX512 void wide_product(const Strip& a, const double (&x)[strip][m], double (&dot)[strip][m]) {
+  strip_product<8, 4>(a, x, dot);
+}
+#endif
+
+template <int m>
+void product(const Strip& a, const double (&x)[strip][m], double (&dot)[strip][m]) {
+#ifdef CBR_AVX512
+  if (has_avx512()) return wide_product(a, x, dot);
+#endif
+  if constexpr (m == 1) product_1(a, x, dot);
+  if constexpr (m == 2) product_2(a, x, dot);
+  if constexpr (m == 3) product_3(a, x, dot);
+  if constexpr (m == 4) product_4(a, x, dot);
 }
 
 // The rows [first, last) of the lower triangle, and their mirror images above it.
