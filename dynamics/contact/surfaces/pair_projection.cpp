@@ -32,8 +32,6 @@ struct Block {
   Lanes distance, outside;
 };
 
-#define CBR_INLINE __attribute__((always_inline)) inline
-
 CBR_INLINE double dot(const Three& a, const Three& b, int i) {
   return a[0][i] * b[0][i] + a[1][i] * b[1][i] + a[2][i] * b[2][i];
 }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "common/linalg/kernels/clones.hpp"
+
 namespace cbr {
 namespace {
 
@@ -15,7 +17,6 @@ struct __attribute__((packed, aligned(8), may_alias)) StoredLanes {
 };
 static_assert(sizeof(Lanes) == SharedElements::lanes * sizeof(double));
 
-#define CBR_INLINE __attribute__((always_inline)) inline
 #define CBR_IN_LAMBDA __attribute__((always_inline))
 
 // x = H x over the eight corners
