@@ -73,6 +73,7 @@ Features features_of(const Scene& scene, const Instance& instance) {
   Features features;
   const SourceLine& at = instance.source;
   add_if(instance.as == InstanceKind::rigid, feature::rigid, at, features);
+  add_if(instance.as != InstanceKind::rigid, feature::flexible, at, features);
   add_if(!instance.velocity.isZero(0), feature::velocity, at, features);
   add_if(!instance.angular_velocity.isZero(0), feature::spin, at, features);
   const auto found = scene.components.find(instance.component);
@@ -97,6 +98,7 @@ Features features_of(const ContactOptions& contact) {
   };
   add(contact.enforcement == Enforcement::penalty, feature::penalty);
   add(contact.enforcement == Enforcement::nodal, feature::nodal);
+  add(contact.restitution > 0, feature::restitution);
   add(contact.pretension_force || contact.shortening, feature::pressing, "pretension");
   add(contact.resolves_overlap, feature::pressing, "overlap: resolve");
   add(contact.interference > 0, feature::pressing, "interference");
@@ -128,6 +130,13 @@ const std::vector<Limit>& limits() {
       {nodal, {statics, rigid}, impulse},
       {nodal, {skin_in_modes}, "take `integrator: central-difference`"},
       {nodal, {damping, unlike_supports, fixed}, "take `enforcement: impulse` or `penalty`"},
+      {restitution,
+       {flexible},
+       "leave it out, as their waves take the energy of an impact, or take `as: rigid` for both; "
+       "or "
+       "`enforcement: penalty` with `damping`",
+       true},
+      {restitution, {newmark, static_run}, "take `exact` or `central-difference`, or leave it out"},
       {pressing,
        {no_load_steps},
        "leave out `time.preload`, for five load steps, or give 1 or more"},

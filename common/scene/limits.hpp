@@ -25,7 +25,8 @@ inline constexpr Feature
     statics = "statics (`time.static`, `time.preload`)", static_run = "`time.static`",
     no_load_steps = "a run without load steps (`time.preload: 0`)", sweep = "`--sweep`",
     // of an instance and its component
-    rigid = "`as: rigid`", mesh = "`as: mesh`", mesh_modes = "`as: mesh` with `--modes`, `--sweep`",
+    rigid = "`as: rigid`", flexible = "`as: superelement` or `as: mesh`", mesh = "`as: mesh`",
+    mesh_modes = "`as: mesh` with `--modes`, `--sweep`",
     mesh_with_shells = "`as: mesh` with shells", parts = "several parts",
     dense = "dense blocks (above `--diagonal-limit`)",
     domains = "several domains (`reduction.domains`)", massless = "`basis: massless`",
@@ -38,7 +39,7 @@ inline constexpr Feature
     points_of_shells = "points of a superelement with shells",
     // of what acts on it
     penalty = "`enforcement: penalty`", nodal = "`enforcement: nodal`",
-    open_contact = "contact that is not `tied`",
+    restitution = "`restitution`", open_contact = "contact that is not `tied`",
     pressing = "`pretension`, `overlap: resolve` or `interference` above 0",
     supports = "supports (`boundary`)", fixed = "`reduction.fixed`",
     into_fixed = "motion along a fixed direction",

@@ -296,6 +296,8 @@ struct ContactOptions {
   std::optional<Index> pressures;
   // penalty: share of the critical damping of the contact spring and the mass that it feels
   double damping = 0;
+  // impulse, of rigid bodies: share of the normal velocity with which a point that lands leaves
+  double restitution = 0;
   bool tied = false;  // joined at the start, for good
   // Joined, and pulled together along the normal by statics, then locked: by a force, or by a
   // length. At most one; tied then.

@@ -3,6 +3,7 @@
 // and what is refused; against closed forms.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -280,11 +281,80 @@ TEST_F(Rigid, StandsInStatics) {
       << lost.result.failure;
 }
 
+// Heights e^2, e^4 ... of the first; with e = 1 no energy is lost.
+TEST_F(Rigid, ReboundsByItsRestitution) {
+  for (const std::string way : {"exact", "exact, rotations: large", "central-difference"})
+    for (const double e : {0.8, 1.0}) {
+      const Ran ran =
+          folder.run(scene("  b: {component: block, as: rigid, position: [0, 0, 0.2]}\n",
+                           "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n"
+                           "loads: [{gravity: [0, 0, -10]}]\ncontact: [{between: [b.z_min, floor], "
+                           "restitution: " +
+                               text(e) + "}]\n",
+                           "{end: 1.6, step: 0.001, integrator: " + way + "}", "every: 0.002"));
+      double t = 0.2, height = 0.2;  // of the impact, and before it
+      for (int k = 1; k <= 3; ++k) {
+        height *= e * e;
+        t += std::sqrt(2 * height / g);
+        const auto top = static_cast<std::size_t>(std::lround(t / 0.002));
+        double highest = 0;  // an impact is right to some steps
+        for (std::size_t i = top - 10; i <= top + 10; ++i)
+          highest = std::max(highest, at(ran.body("b").center_of_mass, i)[2] - 0.05);
+        EXPECT_NEAR(highest, height, 2e-4 * 0.2) << way << ", " << e;
+        EXPECT_NEAR(ran.result.work_contact[top], mass * g * (height - 0.2), 2e-4 * mass * g * 0.2);
+        t += std::sqrt(2 * height / g);
+      }
+      EXPECT_LT(test::energy_residual(ran.result), 1e-12);
+      if (e == 1) {
+        EXPECT_NEAR(ran.result.work_contact.back(), 0, 1e-12);
+      }
+    }
+}
+
+// Two free blocks part with e of their approach, and keep their momentum. A block that lands flat
+// is slowed by mu (1 + e) of its speed down.
+TEST_F(Rigid, RestitutionIsOfTheRelativeVelocityAndFrictionOfAllItsImpulse) {
+  const Ran met = folder.run(scene(
+      "  b: {component: block, as: rigid, velocity: [2, 0, 0]}\n"
+      "  bar: {component: bar, as: rigid, position: [0.43, 0.05, 0], velocity: [-1, 0, 0]}\n",
+      "contact: [{between: [b.x_max, bar.x_min], restitution: 0.6}]\n", "{end: 0.1, step: 0.001}"));
+  const double other = density * 2 * 0.01, common = (2 * mass - other) / (mass + other);
+  EXPECT_NEAR(at(met.body("b").momentum, 10)[0] / mass, common - 1.8 * other / (mass + other),
+              1e-12);
+  EXPECT_LT(test::largest_change(met.result, &RunResult::OfBody::momentum), 1e-14);
+  EXPECT_LT(test::energy_residual(met.result), 1e-12);
+  const Ran slid = folder.run(
+      scene("  b: {component: block, as: rigid, position: [0, 0, 0.0103], velocity: [3, 0, -1]}\n",
+            "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n"
+            "contact: [{between: [b.z_min, floor], friction: 0.3, restitution: 0.6}]\n",
+            "{end: 0.05, step: 0.001}"));
+  EXPECT_LT((at(slid.body("b").momentum, 5) / mass - Vector3(3 - 0.3 * 1.6, 0, 0.6)).norm(), 1e-9);
+  EXPECT_LT(test::energy_residual(slid.result), 1e-12);
+}
+
+// With friction Newton's law may add energy to a rod that strikes with its end (Kane 1984).
+TEST_F(Rigid, RestitutionAddsNoEnergyWithFriction) {
+  for (const double degrees : {20, 35, 50, 65, 80})
+    for (const double along : {-3, -1, 0, 1, 3}) {
+      const Ran ran = folder.run(
+          scene("  bar: {component: bar, as: rigid, position: [0, 0, 0.03], rotation: [0, " +
+                    text(-degrees) + ", 0], velocity: [" + text(along) + ", 0, -1]}\n",
+                "walls: {floor: {plane: {point: [0, 0, -0.02], normal: [0, 0, 1]}}}\n"
+                "contact: [{between: all, friction: 0.8, restitution: 0.95}]\n",
+                "{end: 0.3, step: 0.001, rotations: large}", "every: 0.001"));
+      for (const double total : ran.result.total)
+        EXPECT_LE(total, (1 + 1e-9) * ran.result.total[0]) << degrees << ", " << along;
+      EXPECT_LT(ran.result.work_contact.back(), 0) << degrees << ", " << along;
+      EXPECT_LT(test::energy_residual(ran.result), 1e-12);
+    }
+}
+
 TEST_F(Rigid, GoesOnFromACheckpoint) {
   const std::string yaml = scene(
       "  b: {component: block, as: rigid, position: [0, 0, 0.05], angular_velocity: [3, 1, 0]}\n",
       "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n"
-      "loads: [{gravity: [0, 0, -10]}]\ncontact: [{between: [b.z_min, floor], friction: 0.2}]\n",
+      "loads: [{gravity: [0, 0, -10]}]\ncontact: [{between: [b.z_min, floor], friction: 0.2, "
+      "restitution: 0.7}]\n",
       "{end: 0.3, step: 0.001, rotations: large}", "every: 0.01");
   const test::RestartedRun runs = test::restarted(folder, yaml, 0.12);
   EXPECT_EQ(runs.whole.body("b").center_of_mass.values, runs.rest.body("b").center_of_mass.values);
@@ -302,6 +372,17 @@ TEST_F(Rigid, IsRefusedWhatOnlyElasticBodiesHave) {
   expect(scene(b, "", "{end: 1}", "every: 0.1, stress: [{instance: b, worst: 3}]"),
          "output.stress does not go with as: rigid");
   expect(scene(b, "", "{end: 1}", "every: 0.1, history: [b.nose]"), "nose");
+  const std::string floor = "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n";
+  const auto with = [&](const std::string& keys) {
+    return floor + "contact: [{between: [b.z_min, floor], " + keys + "}]\n";
+  };
+  expect(scene("  b: {component: block, as: mesh}\n", with("restitution: 0.5"), "{end: 1}"),
+         "restitution does not go with as: superelement or as: mesh");
+  expect(scene(b, with("restitution: 0.5"), "{end: 1, integrator: newmark}"),
+         "restitution does not go with integrator: newmark");
+  expect(scene(b, with("restitution: 1.5"), "{end: 1}"), "found 1.5, expected a share from 0 to 1");
+  expect(scene(b, with("restitution: 0.5, enforcement: penalty"), "{end: 1}"),
+         "springs of 'penalty' have 'damping'");
 }
 
 }  // namespace

@@ -99,6 +99,14 @@ void check_enforcement(const SceneMap& map, const ContactOptions& contact) {
     map.at("damping").fail(
         "damping is that of the springs of 'enforcement: penalty': use it, or remove 'damping'");
   }
+  if (contact.restitution > 1)
+    map.at("restitution")
+        .fail("found " + number_text(contact.restitution) + ", expected a share from 0 to 1");
+  if (contact.restitution > 0 && (contact.tied || contact.enforcement != Enforcement::impulse))
+    map.at("restitution")
+        .fail(
+            "is of contact that closes by 'enforcement: impulse': remove it, or 'tied' or "
+            "'enforcement'; springs of 'penalty' have 'damping'");
   if (contact.formulation == Formulation::two_way && !is_penalty) {
     map.at("formulation")
         .fail(
@@ -261,6 +269,7 @@ std::vector<SceneKey> scene_keys(ContactOptions& c) {
           {"enforcement", OneWord{c.enforcement, enforcement_words}},
           {"friction", Own{c.friction, read_friction, friction_text}},
           {"damping", Number{c.damping, not_negative}},
+          {"restitution", Number{c.restitution, not_negative}},
           {"pressures", Own{c.pressures, read_pressures, pressures_text}},
           {"tied", TrueOrFalse{c.tied}},
           {"adjust", Number{c.adjust, not_negative}},

@@ -49,6 +49,13 @@ struct ContactBody {
   double longest_way = HUGE_VAL;
 };
 
+// Before the impulses of a step, or before others in their place.
+inline void clear_impulses(ContactBody& body) {
+  body.impulses.setZero();
+  body.friction.setZero();
+  body.has_move = false;
+}
+
 // Fills `swept` and `longest_way`, once for all pairs of the body: distant pairs then cost one
 // comparison each. Call again when `end` has changed.
 void sweep(ContactBody& body);

@@ -126,7 +126,7 @@ std::string text_of(const OutsideBasis& outside, bool momentum_is_kept) {
     cure = "good: a few per cent; more modes and a finer mesh at the face lower it";
   } else if (outside.all_rigid) {
     to = "in impacts of rigid bodies";
-    cure = "they do not rebound";
+    cure = "they rebound by contact[].restitution alone";
   }
   std::ostringstream text;
   text.precision(3);

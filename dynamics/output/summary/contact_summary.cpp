@@ -96,6 +96,7 @@ std::string contact_line(const BuiltScene& built, Index p) {
        << word_of(enforcement_words, pair.enforcement);
   if (pair.law.law == ContactLaw::coulomb)
     line << ", friction " << pair.law.friction << (pair.friction.varies() ? " at rest" : "");
+  if (pair.restitution > 0) line << ", restitution " << pair.restitution;
   if (pair.damping > 0) line << ", damping " << pair.damping;
   line << "; largest area in contact " << pair.seen().largest_area;
   if (pair.law.law != ContactLaw::tied) line << penetration_text(pair);

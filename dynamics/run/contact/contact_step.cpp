@@ -73,10 +73,8 @@ void prepare(const Simulation& sim, double h, ContactGroup& group, ContactState&
   evaluate_friction(sim, h, group);
   for (const Index b : group.bodies) {
     ContactBody& body = state.bodies[b];
-    body.impulses.setZero();
-    body.friction.setZero();
+    clear_impulses(body);
     body.moment.setZero();
-    body.has_move = false;
     if (body.response_h == h && !body.turn) continue;
     body.response = sim.bodies[sim.contact_nodes[b].body]->response(sim.contact_nodes[b].set, h);
     body.response_h = h;
@@ -120,13 +118,12 @@ void stretch_springs(const Simulation& sim, const ContactGroup& group,
 }
 
 // memory: null for nodal contact, which has no state.
-EnforcementResult enforce(Simulation& sim, const ContactGroup& group, double h, ContactState& state,
+EnforcementResult enforce(Simulation& sim, ContactGroup& group, double h, ContactState& state,
                           ImpulseMemory* memory, ContactOutcome& outcome) {
   const bool nodal = memory == nullptr;
   EnforcementResult result =
       nodal ? enforce_nodal(group.list, group.guess, h, state.masses, state.bodies)
-            : enforce_impulse(group.list, group.laws, group.guess, h, state.bodies, *memory,
-                              functions_of(sim, group));
+            : enforce_and_rebound(sim, group, h, state, *memory);
   balance_moments(sim, group, result.p, state);
   deliver(sim, group, nodal, h, state, outcome);
   if (holds_what_turns(sim, group)) close_what_turns(sim, group, h, state, result);
@@ -262,8 +259,8 @@ class Islands {
     if (sim_.pairs[p].enforcement != Enforcement::nodal) island.memory = &state_.islands[p];
   }
 
-  void push(const Island& island) {
-    const ContactGroup& group = island.group;
+  void push(Island& island) {
+    ContactGroup& group = island.group;
     EnforcementResult result = enforce(sim_, group, h_, state_, island.memory, outcome_);
     if (is_newmark(sim_, group)) settle(sim_, group, island.memory, state_, result);
     book(sim_, group, result, state_, outcome_);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/run/contact/settle_contact.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <vector>
@@ -79,7 +81,76 @@ ContactUnknowns some_of(ContactUnknowns unknowns, const std::vector<PointLaw>& l
   return unknowns;
 }
 
+// Relative velocities of the points at the start of the step, in their frames.
+Points start_velocities(const Simulation& sim, const ContactGroup& group, double h,
+                        const ContactState& state) {
+  std::map<Index, Points> v;
+  for (const Index b : group.bodies) {
+    const ContactNodes& nodes = sim.contact_nodes[b];
+    const Body& body = *sim.bodies[nodes.body];
+    v[b] = (state.bodies[b].end - state.bodies[b].start) / h;  // of points
+    Points displacements, velocities;
+    body.displacements(displacements, velocities);
+    for (std::size_t i = 0; i < nodes.nodes.size(); ++i)
+      if (nodes.nodes[i] < velocities.rows())
+        v[b].row(static_cast<Index>(i)) = velocities.row(nodes.nodes[i]);
+  }
+  Points walls = Points::Zero(static_cast<Index>(group.list.points.size()), 3);
+  for (const ContactSearch& of : group.searches)
+    for (auto i = of.first; sim.pairs[of.pair].wall && i < of.last; ++i)
+      walls.row(static_cast<Index>(i)) = sim.pairs[of.pair].wall->shift().way().transpose() / h;
+  return relative_velocities(group.list, v, walls);
+}
+
+// The gap that a point's impulse has to close so that it rebounds, with its normal velocity v at
+// the start of the step; without a rebound its own gap. Energy is that of an impact where the gap
+// is 0, under the acceleration of this step. A flight that ends within the step is none.
+double gap_to_rebound(const ContactPoint& point, double v, double restitution, double h) {
+  constexpr double round_off = 1e-9;  // points of a flat impact land together
+  const double gap = point.gap[0], height = std::max(0.0, point.start_gap);
+  if (!(v < 0) || !(gap < -round_off * v * h) || !(restitution > 0)) return gap;
+  const double a = 2 * (point.start_gap + v * h - gap) / (h * h),
+               square = restitution * restitution * (v * v + 2 * a * height) - 2 * a * height,
+               up = std::sqrt(std::max(0.0, square));
+  return up > a * h ? std::min(gap, (v - up) * h) : gap;
+}
+
 }  // namespace
+
+EnforcementResult enforce_and_rebound(Simulation& sim, ContactGroup& group, double h,
+                                      ContactState& state, ImpulseMemory& memory) {
+  const auto solve = [&] {
+    return enforce_impulse(group.list, group.laws, group.guess, h, state.bodies, memory,
+                           functions_of(sim, group));
+  };
+  if (std::none_of(group.searches.begin(), group.searches.end(), [&](const ContactSearch& of) {
+        return sim.pairs[of.pair].restitution > 0 && of.last > of.first;
+      }))
+    return solve();
+  const Points v = start_velocities(sim, group, h, state);
+  std::vector<ContactPoint>& points = group.list.points;
+  const std::vector<ContactPoint> free = points;
+  constexpr double less = 0.8, least = 0.2, round_off = 1e-9;
+  for (double share = 1;; share = share > least ? less * share : 0) {
+    for (const ContactSearch& of : group.searches)
+      for (auto i = of.first; i < of.last; ++i)
+        points[i].gap[0] = gap_to_rebound(free[i], v(static_cast<Index>(i), 0),
+                                          share * sim.pairs[of.pair].restitution, h);
+    EnforcementResult result = solve();
+    double work = 0, size = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const auto row = static_cast<Index>(i);
+      const Vector3 p = result.p.row(row), before = v.row(row);
+      const Vector3 change = (result.gap.row(row).transpose() - points[i].gap) / h;
+      result.gap(row, 0) += free[i].gap[0] - points[i].gap[0];
+      work += p.dot(before + 0.5 * change);
+      size += std::abs(p[0] * before[0]);
+    }
+    points = free;
+    if (!(work > round_off * size) || share == 0) return result;
+    for (const Index b : group.bodies) clear_impulses(state.bodies[b]);
+  }
+}
 
 bool is_newmark(const Simulation& sim, const ContactGroup& group) {
   return !group.bodies.empty() &&

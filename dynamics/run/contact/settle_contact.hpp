@@ -12,6 +12,12 @@ namespace cbr {
 // Whether the group's bodies use Newmark, whose velocities need a correction.
 bool is_newmark(const Simulation& simulation, const ContactGroup& group);
 
+// `impulse`, and by pairs with a restitution, between rigid bodies and walls: points that land
+// leave with that share of their normal velocity (docs/theory.md, "Restitution"). Reduces the share
+// where friction would add energy.
+EnforcementResult enforce_and_rebound(Simulation& simulation, ContactGroup& group, double h,
+                                      ContactState& state, ImpulseMemory& memory);
+
 // Impulses at the end of the step that stop closed points from moving into or, if tied, along the
 // partner. Adds them to `result`, which has the step's impulses. memory: of the step's impulses, or
 // null.

@@ -103,6 +103,7 @@ struct ContactPair {
   PointLaw law;            // frictionless, coulomb or tied; friction: at rest
   FrictionLaw friction;
   double damping = 0;            // penalty
+  double restitution = 0;        // impulse, of rigid bodies and walls
   std::optional<double> adjust;  // length, see ContactOptions
   std::optional<Pretension> pretension;
   bool is_link = false;  // of two points: its ties exist from the start

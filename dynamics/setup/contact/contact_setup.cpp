@@ -147,6 +147,7 @@ ContactPair pair_of(const ContactEntry& entry, Formulation formulation,
   pair.law = law_of(options);
   pair.friction = FrictionLaw(options.friction);
   pair.damping = options.damping;
+  pair.restitution = options.restitution;
   pair.resolves_overlap = options.resolves_overlap;
   pair.interference = options.interference;
   if (options.pretension_force || options.shortening)

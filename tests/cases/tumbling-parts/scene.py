@@ -31,9 +31,10 @@ for i in range(n):
     speed = [random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), -1]
     print(f"  p{i}: {{component: part, as: {kind}, position: {text(place)}, rotation: {text(turn)}, "
           f"velocity: {text(speed)}, angular_velocity: {text(spin)}}}")
-step = "1.0e-4" if kind == "rigid" else "auto"  # rigid bodies have no critical step
+# rigid bodies have no critical step, and no waves by which they rebound
+step, rebound = ("1.0e-4", ", restitution: 0.5") if kind == "rigid" else ("auto", "")
 print(f"""contact:
-  - {{between: all, friction: 0.4}}
+  - {{between: all, friction: 0.4{rebound}}}
 loads:
   - {{gravity: [0, 0, -9.81]}}
 time: {{end: {end:g}, step: {step}, rotations: large}}
