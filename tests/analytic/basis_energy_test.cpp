@@ -5,7 +5,9 @@
 // = 0 for strains and T^T M rest = 0 for velocities, so that the energies of both parts add up.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdio>
+#include <numbers>
 
 #include "common/linalg/dense.hpp"
 #include "common/superelement/superelement.hpp"
@@ -186,6 +188,36 @@ TEST(BasisEnergy, OfRigidBlocksIsLostUpToTheEnd) {
   // 0.5 of the first, and 0.4 of the second, at sqrt(0.8)
   EXPECT_NEAR(lost("[0.4, 2, 0]"), 0.5 + 0.4, 1e-2);
   EXPECT_NEAR(lost("[0, 2, 0]"), 0.5, 1e-9);
+}
+
+// A node alone on its spring and dashpot, which do not pull: the mean over the instants at which it
+// lands is that of the differential equation. The nodes of a block of dust hardly feel each other.
+TEST(BasisEnergy, DampingOfPenaltySetsTheRebound) {
+  SceneFolder folder;
+  folder.add("block.exo", test::block_mesh({{1, 1, 1}, Vector3::Ones()}));
+  for (const double zeta : {0.0, 0.1, 0.3, 0.5}) {
+    constexpr int n = 20;
+    double sum = 0;
+    for (int i = 0; i < n; ++i) {
+      const Ran ran = folder.run(
+          "materials: {dust: {youngs_modulus: 1.0e-6, poissons_ratio: 0, density: 1}}\n"
+          "components: {c: {mesh: block.exo, material: dust, mass: lumped}}\ninstances:\n"
+          "  b: {component: c, as: mesh, velocity: [-1, 0, 0], position: [" +
+          test::text((10 + (i + 0.5) / n) * 1e-3) +
+          ", 0, 0]}\nwalls: {w: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}}\n"
+          "contact: [{between: [b.x_min, w], enforcement: penalty, damping: " +
+          test::text(zeta) + "}]\ntime: {end: 0.03, step: 0.001}\n" +
+          "output: {every: 0.01, history: [b.x_min]}\n");
+      sum += test::at(ran.monitor("b.x_min").mean_velocity, ran.result.time.size() - 1)[0];
+      EXPECT_LT(test::energy_residual(ran.result), 1e-10);
+    }
+    const double root = std::sqrt(1 - zeta * zeta),
+                 closed = std::exp(
+                     -zeta / root *
+                     (std::numbers::pi - std::atan2(2 * zeta * root, 1 - 2 * zeta * zeta)));
+    std::printf("zeta %.1f: rebound %.4f, closed form %.4f\n", zeta, sum / n, closed);
+    EXPECT_NEAR(sum / n, closed, 0.05);
+  }
 }
 
 }  // namespace
