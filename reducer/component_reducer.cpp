@@ -73,6 +73,27 @@ void refuse_with_shells(const Mesh& mesh, const Component& component, bool is_di
     refuse("a reduction in several processes (mpirun, --engine petsc)", "use one process");
 }
 
+// Of superelements of the component.
+std::set<std::string> touching_sets(const Scene& scene, const Component& component) {
+  std::set<std::string> sets;
+  if (!scene.time || scene.time->is_static || scene.time->integrator != Integrator::exact)
+    return sets;
+  const auto is_of = [&](const std::string& instance) {
+    return std::any_of(scene.instances.begin(), scene.instances.end(), [&](const Instance& i) {
+      return i.name == instance && i.component == component.name &&
+             i.as == InstanceKind::superelement && i.damping.empty();
+    });
+  };
+  const std::vector<std::string>& kept = component.reduction->interface_sets;
+  for (const ContactOptions& contact : scene.contact) {
+    if (contact.tied) continue;
+    if (contact.all) sets.insert(kept.begin(), kept.end());
+    for (const SurfaceName* side : {&contact.first, &contact.second})
+      if (!contact.all && is_of(side->instance)) sets.insert(side->surface);
+  }
+  return sets;
+}
+
 }  // namespace
 
 Index diagonal_limit(const ReduceCommand& command, const ReductionOptions& reduction) {
@@ -135,7 +156,7 @@ void ComponentReducer::make(const Scene& scene, const Component& component, cons
   const std::vector<BlockProperties> properties = block_properties(scene, component, mesh);
   warn_of_mesh(component, mesh, properties, report_);
   mass_ = {mass_of_superelement(component, mesh), rigid_body_of_geometry(mesh, properties),
-           scene.time && scene.time->is_static};
+           scene.time && scene.time->is_static, touching_sets(scene, component)};
   const auto p = provenance(scene, component, properties, mesh);
   warn_of_blocks(component, p, report_);
   inputs.check();

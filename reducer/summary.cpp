@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <string>
 
 #include "common/base/error.hpp"
@@ -260,6 +261,27 @@ std::string way_text(const ReductionFigures& figures) {
   return "constraint modes in panels of " + std::to_string(figures.panel) + " columns";
 }
 
+// A step in contact reads the rows of all coordinates at the faces, one of the mesh its stiffness
+// (StepBytes of reducer/estimate). Steps of both have about the same length where faces are most of
+// the mesh.
+void warn_of_cost(const Superelement& s, const ReductionFigures& figures, const ComponentMass& mass,
+                  Report& report) {
+  constexpr double much = 2.5;
+  std::set<Index> nodes;
+  for (const Surface& surface : s.surfaces)
+    if (mass.touching.count(surface.name) > 0)
+      for (const Index node : surface_nodes(surface)) nodes.insert(node);
+  const double own = 8 * static_cast<double>(s.n()) * (8 + 3 * static_cast<double>(nodes.size())),
+               mesh = 76.0 / 9 * figures.mesh_nonzeros + 64 * static_cast<double>(figures.n_dofs);
+  if (!s.has_interface_matrices() || figures.mesh_nonzeros == 0 || !(own > much * mesh)) return;
+  report.warning(format_text(
+      "a step in contact reads %.2g times the bytes of a step of its mesh, as %zu nodes of faces "
+      "that may touch are kept one by one: take as: mesh, which is likely faster where contact "
+      "lasts, or fewer faces, "
+      "or basis: characteristic",
+      own / mesh, nodes.size()));
+}
+
 }  // namespace
 
 void summarise(const Superelement& s, const ReductionFigures& figures, const ComponentMass& mass,
@@ -295,6 +317,7 @@ void summarise(const Superelement& s, const ReductionFigures& figures, const Com
   say_file(file, s.has_diagonal_form(), !s.recovery.empty(), report);
   if (const std::string advice = advice_on_basis(s); !advice.empty())
     report.line("  note         " + advice);
+  warn_of_cost(s, figures, mass, report);
 }
 
 void summarise_domains(const SuperelementGroup& group, const GroupFigures& f,

@@ -4,6 +4,8 @@
 
 #include <filesystem>
 #include <optional>
+#include <set>
+#include <string>
 
 #include "common/app/report.hpp"
 #include "common/superelement/superelement.hpp"
@@ -12,12 +14,13 @@
 
 namespace cbr {
 
-// The mass that the component has, the rigid body that its geometry is, and whether the scene has
-// statics alone.
+// The mass that the component has, the rigid body that its geometry is, whether the scene has
+// statics alone, and sets that may touch other bodies in exact motion.
 struct ComponentMass {
   MassKind kind = MassKind::lumped;
   RigidBody geometry;
   bool is_static = false;
+  std::set<std::string> touching = {};
 };
 
 void summarise(const Superelement& superelement, const ReductionFigures& figures,

@@ -169,6 +169,7 @@ void LocalEngine::assemble(Reduction& r, Superelement& s) {
   s.rigid_body = rigid_body(r.model.M, r.x, r.model.n_rotations);
   check_rigid_motions(r, s.rigid_body.center);
   r.figures.n_dofs = r.model.K.rows();
+  r.figures.mesh_nonzeros = static_cast<double>(r.model.K.nonZeros());
   take_points_in(r);
   take_fixed_out(r, s);
   if (interface_ == nullptr) {

@@ -39,6 +39,7 @@ struct ReduceSettings {
 // For the summary, beyond the superelement itself.
 struct ReductionFigures {
   Index n_dofs = 0, n_interior = 0;
+  double mesh_nonzeros = 0;      // of K, both triangles; 0: several processes
   Index n_candidates = 0;        // modes computed; more than k with pick: participation
   double highest_frequency = 0;  // Hz, of the kept fixed-interface modes; 0 without any
   std::string mode_method;

@@ -117,6 +117,28 @@ TEST_F(Words, ShellsAreNotedWithTheirCountAndRefusedWhereTheSceneNamesThem) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
 }
 
+TEST_F(Words, StepsOfASuperelementThatCostMoreThanThoseOfItsMeshAreWarnedOf) {
+  write_mesh(box_mesh({{6, 6, 6}, {1, 1, 1}, {0, 0, 0}, 0}), path("cube.exo"));
+  const auto warned = [&](const std::string& faces, const std::string& contact,
+                          const std::string& time) {
+    fs::remove(path("cube.cbr.h5"));
+    std::ofstream(path("cube.yaml"))
+        << "materials: {soft: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 2}}\n"
+           "components:\n  cube: {mesh: cube.exo, material: soft, reduction: {interface: ["
+        << faces
+        << "], modes: 5}}\ninstances:\n  a: {component: cube}\n"
+           "walls: {w: {plane: {point: [-9, 0, 0], normal: [1, 0, 0]}}}\ncontact: "
+        << contact << "\ntime: {" << time << "end: 1.0}\n";
+    const std::string text = reduce(path("cube.yaml"));
+    return text.find("times the bytes of a step of its mesh") != std::string::npos;
+  };
+  const std::string all = "x_min, x_max, y_min, y_max, z_min, z_max";
+  EXPECT_TRUE(warned(all, "all", ""));
+  EXPECT_FALSE(warned(all, "[{between: [a.x_min, w]}]", ""));
+  EXPECT_FALSE(warned("x_min", "all", ""));
+  EXPECT_FALSE(warned(all, "all", "integrator: newmark, "));
+}
+
 TEST_F(Words, MassLeftOnTheInterfaceIsWarnedOfWhereBodiesMove) {
   EXPECT_EQ(reduce(scene("box.msh", "0", "", "static: true, ")), "");
   fs::remove(path("box.cbr.h5"));
