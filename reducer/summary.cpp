@@ -274,12 +274,13 @@ void warn_of_cost(const Superelement& s, const ReductionFigures& figures, const 
   const double own = 8 * static_cast<double>(s.n()) * (8 + 3 * static_cast<double>(nodes.size())),
                mesh = 76.0 / 9 * figures.mesh_nonzeros + 64 * static_cast<double>(figures.n_dofs);
   if (!s.has_interface_matrices() || figures.mesh_nonzeros == 0 || !(own > much * mesh)) return;
-  report.warning(format_text(
-      "a step in contact reads %.2g times the bytes of a step of its mesh, as %zu nodes of faces "
-      "that may touch are kept one by one: take as: mesh, which is likely faster where contact "
-      "lasts, or fewer faces, "
-      "or basis: characteristic",
-      own / mesh, nodes.size()));
+  report.warning(
+      format_text(
+          "a step in contact reads %.2g times the bytes of a step of its mesh, as %zu nodes "
+          "of faces that may touch are kept one by one: take as: mesh, which is likely "
+          "faster where contact lasts, or fewer faces",
+          own / mesh, nodes.size()) +
+      (has_points(s) ? "" : ", or basis: characteristic"));
 }
 
 }  // namespace
