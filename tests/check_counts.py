@@ -11,7 +11,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 83444,
+    "lines of product": 83456,
     "files of product": 634,
     "lines of python/cbr": 1950,
     "lines of tests": 63452,

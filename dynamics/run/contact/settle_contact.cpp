@@ -102,6 +102,14 @@ Points start_velocities(const Simulation& sim, const ContactGroup& group, double
   return relative_velocities(group.list, v, walls);
 }
 
+// Whether the change of a gap over a step is that of a velocity: not in an elastic body.
+bool is_of_rigid_bodies(const Simulation& sim, const ContactPair& pair) {
+  const auto frequency = [&](Index contact) {
+    return sim.bodies[sim.contact_nodes[contact].body]->largest_frequency();
+  };
+  return frequency(pair.slave->body) == 0 && frequency(pair.master->body) == 0;
+}
+
 // The gap that a point's impulse has to close so that it rebounds, with its normal velocity v at
 // the start of the step; without a rebound its own gap. Energy is that of an impact where the gap
 // is 0, under the acceleration of this step. A flight that ends within the step is none.
@@ -138,13 +146,17 @@ EnforcementResult enforce_and_rebound(Simulation& sim, ContactGroup& group, doub
                                           share * sim.pairs[of.pair].restitution, h);
     EnforcementResult result = solve();
     double work = 0, size = 0;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const auto row = static_cast<Index>(i);
-      const Vector3 p = result.p.row(row), before = v.row(row);
-      const Vector3 change = (result.gap.row(row).transpose() - points[i].gap) / h;
-      result.gap(row, 0) += free[i].gap[0] - points[i].gap[0];
-      work += p.dot(before + 0.5 * change);
-      size += std::abs(p[0] * before[0]);
+    for (const ContactSearch& of : group.searches) {
+      const bool counts = is_of_rigid_bodies(sim, sim.pairs[of.pair]);
+      for (auto i = of.first; i < of.last; ++i) {
+        const auto row = static_cast<Index>(i);
+        const Vector3 p = result.p.row(row), before = v.row(row);
+        const Vector3 change = (result.gap.row(row).transpose() - points[i].gap) / h;
+        result.gap(row, 0) += free[i].gap[0] - points[i].gap[0];
+        if (!counts) continue;
+        work += p.dot(before + 0.5 * change);
+        size += std::abs(p[0] * before[0]);
+      }
     }
     points = free;
     if (!(work > round_off * size) || share == 0) return result;
