@@ -208,6 +208,7 @@ TEST_F(Program, ASuperelementAtOddsWithItselfNamesItsFile) {
 TEST_F(Program, TellsTheConditioningThatTheReductionKnew) {
   const std::string file = scene("superelement", "", ", integrator: exact");
   make_superelement(file);
+  // Its impact loses much energy, which is a warning of its own
   const auto told = [&](const std::optional<Conditioning>& conditioning, Verbosity verbosity,
                         int warnings) {
     Superelement s = read_superelement(folder_ / "block.cbr.h5");
@@ -219,19 +220,19 @@ TEST_F(Program, TellsTheConditioningThatTheReductionKnew) {
     EXPECT_EQ(report.n_warnings(), warnings);
     return testing::internal::GetCapturedStderr();
   };
-  EXPECT_EQ(told({}, Verbosity::verbose, 0).find("condition"), std::string::npos);
+  EXPECT_EQ(told({}, Verbosity::verbose, 1).find("condition"), std::string::npos);
   Conditioning c;
   c.mass = {1e5, 200};
-  const std::string figures = told(c, Verbosity::verbose, 0);
+  const std::string figures = told(c, Verbosity::verbose, 1);
   EXPECT_NE(figures.find("component 'block': condition of the reduced mass: 1.0e+05, scaled by its "
                          "diagonal 2.0e+02"),
             std::string::npos)
       << figures;
   EXPECT_NE(figures.find("component 'block': condition of K_II: not computed"), std::string::npos)
       << figures;
-  EXPECT_EQ(told(c, Verbosity::normal, 0).find("condition of"), std::string::npos);
+  EXPECT_EQ(told(c, Verbosity::normal, 1).find("condition of"), std::string::npos);
   c.mass.scaled = 1e13;  // once, though two instances stand on it
-  const std::string warning = told(c, Verbosity::quiet, 1);
+  const std::string warning = told(c, Verbosity::quiet, 2);
   EXPECT_NE(warning.find("component 'block': the reduced mass is ill-conditioned (1e+13)"),
             std::string::npos)
       << warning;
