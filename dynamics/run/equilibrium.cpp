@@ -20,6 +20,8 @@ namespace {
 // if round-off or a node at the edge of a face prevents further convergence.
 constexpr double aim = 1e-8, enough = 1e-5;
 constexpr Index patience = 20;
+// Iterations with searches of their own, whatever has moved.
+constexpr Index new_searches = 10;
 // Relative to the largest change in a load step: round-off of displacements without strain.
 constexpr double nothing = 1e-12;
 // Relative to positions: smaller motions are round-off.
@@ -316,12 +318,31 @@ std::vector<Index> Equilibrium::columns_of(const std::vector<Index>& pairs) cons
   return columns;
 }
 
+// Motion after load steps keeps the points of their equilibrium. In statics functions are for a
+// number, or for more points than a dense W serves: friction's work in a function that slides in
+// part is wrong.
+bool Equilibrium::takes_functions(const ContactGroup& group, std::size_t search) const {
+  constexpr Index most_rows = 4000;
+  const ContactSearch& of = group.searches[search];
+  if (!sim_.is_static || of.last == of.first) return false;
+  const Index rows = static_cast<Index>(of.last - of.first) * n_rows(group.laws[of.first].law);
+  return sim_.pairs[of.pair].keeps_functions || rows > most_rows;
+}
+
 void Equilibrium::solve_group(const std::vector<Index>& pairs, const std::vector<Index>& columns,
                               Change& change) {
-  // A load step is as long as many time steps: faces have rotated since the last search
-  for (const Index p : pairs) sim_.pairs[p].state().memory.standing = StandingSearch();
+  // A load step is as long as many time steps: faces have rotated since the last search. Later
+  // searches may stand, as feet that change their facet again and again change the normals too.
+  std::vector<char> may_stand;
+  for (const Index p : pairs) {
+    ContactPair& pair = sim_.pairs[p];
+    may_stand.push_back(pair.may_stand);
+    if (iteration_ <= new_searches) pair.state().memory.standing = StandingSearch();
+    pair.may_stand |= iteration_ >= new_searches && !pair.wall;
+  }
   // Floating motions follow the search, whose reach must cover them
   Solved solved{collect(sim_, pairs, initial_, state_, first_way()), {}};
+  for (std::size_t i = 0; i < pairs.size(); ++i) sim_.pairs[pairs[i]].may_stand = may_stand[i] != 0;
   ContactGroup& group = solved.group;
   for (ContactPoint& point : group.list.points) {
     for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
@@ -336,7 +357,8 @@ void Equilibrium::solve_group(const std::vector<Index>& pairs, const std::vector
     state_.bodies[b].friction.setZero();
   }
   std::vector<FunctionsOfSearch> searches = functions_of(sim_, group);
-  for (FunctionsOfSearch& of : searches) of.functions = nullptr;
+  for (std::size_t s = 0; s < searches.size(); ++s)
+    if (!takes_functions(group, s)) searches[s].functions = nullptr;
   StaticResult result =
       enforce_static(group.list, group.laws, group.guess, floating_, columns, loads_, largest_load_,
                      most_way_, state_.bodies, searches, memories_[pairs.front()]);

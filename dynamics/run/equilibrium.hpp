@@ -89,6 +89,7 @@ class Equilibrium {
   void start_iteration(double t, double share);
   void locate();
   void solve(Change& change);
+  bool takes_functions(const ContactGroup& group, std::size_t search) const;
   void solve_group(const std::vector<Index>& pairs, const std::vector<Index>& columns,
                    Change& change);
   void move(const std::vector<Index>& columns, const StaticResult& result, Change& change);

@@ -79,7 +79,9 @@ void Equilibrium::refuse_endless(const Change& change) const {
   const bool goes_round = !closed_.empty() && most.empty() && !sim_.pairs[worst].wall &&
                           sim_.pairs[worst].formulation != Formulation::mortar;
   text << (goes_round
-               ? ": give this contact formulation: mortar, or friction"
+               ? sim_.pairs[worst].law.law == ContactLaw::coulomb
+                     ? ": give this contact formulation: mortar"
+                     : ": give this contact formulation: mortar, or friction"
                : ": take smaller load steps (time.step, time.preload), or a finer mesh there");
   throw RunError(text.str());
 }

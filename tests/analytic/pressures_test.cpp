@@ -151,6 +151,93 @@ TEST_F(Pressures, ARestartGoesOnWithTheSameBits) {
   }
 }
 
+// The block stands on a wall in statics, pressed by its weight and pushed aside.
+std::string pressed(const std::string& contact, double poissons_ratio = 0.3,
+                    const std::string& weight = "[-30, 5, 0]",
+                    const std::string& wall = "plane: {point: [0, 0, 0], normal: [1, 0, 0]}") {
+  return "materials: {m: {youngs_modulus: 1000, poissons_ratio: " + test::text(poissons_ratio) +
+         ", density: 1}}\ncomponents: {block: {mesh: block.exo, material: m, reduction: {basis: "
+         "characteristic, interface: [x_min], modes: 40}}}\n"
+         "instances: {b: {component: block, position: [0.001, -0.5, -0.5]}}\nwalls: {wall: {" +
+         wall + "}}\nloads: [{gravity: " + weight + "}]\ncontact: [{between: [b.x_min, wall]" +
+         contact +
+         "}]\ntime: {static: true, end: 1, step: 0.25}\noutput: {every: 0.25, history: "
+         "[b.x_min]}\n";
+}
+
+// Strain energy at the end; the force is the weight.
+double pressed_energy(const Ran& ran, double weight) {
+  EXPECT_NEAR(ran.monitor("b.x_min").force.values[12], weight, 1e-9 * weight);
+  EXPECT_LT(test::energy_residual(ran.result), 1e-12);
+  EXPECT_EQ(ran.built.simulation.pairs.front().seen().n_fallbacks, 0);
+  return ran.result.total.back();
+}
+
+TEST_F(Pressures, StaticsAreExactUnderAUniformPressure) {
+  const Ran few = folder_.run(pressed(", pressures: 40", 0, "[-30, 0, 0]")),
+            all = folder_.run(pressed(", pressures: nodes", 0, "[-30, 0, 0]"));
+  EXPECT_GT(few.built.simulation.pairs.front().seen().n_function_steps, 0);
+  const double exact = pressed_energy(all, 15);
+  EXPECT_NEAR(pressed_energy(few, 15), exact, 1e-9 * exact);
+}
+
+// Friction, a heel that opens, and a round wall.
+TEST_F(Pressures, StaticsAreNearToNodes) {
+  const std::string round = "sphere: {center: [-20, 0, 0], radius: 20}";
+  const auto differ = [&](const std::string& contact, const std::string& weight,
+                          const std::string& wall) {
+    const Ran few = folder_.run(pressed(contact + ", pressures: 40", 0.3, weight, wall)),
+              all = folder_.run(pressed(contact + ", pressures: nodes", 0.3, weight, wall));
+    EXPECT_LT(few.built.simulation.pairs.front().seen().most_unknowns, 100);
+    const double exact = pressed_energy(all, 15);
+    return std::abs(pressed_energy(few, 15) - exact) / exact;
+  };
+  const std::string flat = "plane: {point: [0, 0, 0], normal: [1, 0, 0]}";
+  EXPECT_LT(differ("", "[-30, 0, 0]", flat), 1e-3);
+  EXPECT_LT(differ(", friction: 0.3", "[-30, 5, 0]", flat), 1e-2);
+  EXPECT_LT(differ(", friction: 0.3", "[-30, 8, 0]", flat), 1e-2) << "the heel is open";
+  EXPECT_LT(differ(", friction: 0.3", "[-30, 1, 0]", round), 1e-2);
+}
+
+// Two superelements that do not match: what presses one presses the other.
+TEST_F(Pressures, StaticsOfTwoSuperelements) {
+  folder_.add("coarse.exo", test::block_mesh({{5, 9, 9}, {0.5, 1, 1}}));
+  const auto stack = [&](const std::string& pressures, const std::string& as = "superelement") {
+    return folder_.run(
+        "materials: {m: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 1}}\ncomponents:\n"
+        "  fine: {mesh: block.exo, material: m, reduction: {basis: characteristic, interface: "
+        "[x_min], modes: 30}}\n"
+        "  coarse: {mesh: coarse.exo, material: m, reduction: {basis: characteristic, interface: "
+        "[x_min, x_max], modes: 30}}\n"
+        "instances: {a: {component: fine, as: " +
+        as + ", position: [0.001, 0, 0]}, b: {component: coarse, as: " + as +
+        ", mirror: x, position: [0, 0.03, -0.02]}}\n"
+        "walls: {floor: {plane: {point: [-0.501, 0, 0], normal: [1, 0, 0]}}}\n"
+        "loads: [{gravity: [-2, 0.2, 0]}]\ncontact:\n"
+        "  - {between: [a.x_min, b.x_min], friction: 0.3, pressures: " +
+        pressures + "}\n  - {between: [b.x_max, floor], friction: 0.3, pressures: " + pressures +
+        "}\ntime: {static: true, end: 1, step: 0.5}\noutput: {every: 0.5, history: [a.x_min, "
+        "b.x_min]}\n");
+  };
+  const Ran few = stack("40"), all = stack("nodes");
+  EXPECT_GT(few.built.simulation.pairs.front().seen().n_function_steps, 0);
+  const std::vector<double>&a = few.monitor("a.x_min").force.values,
+        &b = few.monitor("b.x_min").force.values;
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], -b[i], 1e-9);
+  EXPECT_NEAR(a[6], 1, 1e-9);
+  EXPECT_NEAR(few.result.total.back(), all.result.total.back(), 1e-2 * all.result.total.back());
+  // Some feet lie on edges of the master: they changed their facet in each iteration
+  const Ran meshes = stack("nodes", "mesh");
+  EXPECT_GT(meshes.result.total.back(), 0);
+  EXPECT_NEAR(all.result.total.back(), meshes.result.total.back(), 2e-2 * all.result.total.back());
+}
+
+TEST_F(Pressures, StaticsGoOnWithTheSameBits) {
+  const auto runs = test::restarted(folder_, pressed(", friction: 0.3, pressures: 40"), 0.5);
+  EXPECT_EQ(runs.whole.monitor("b.x_min").force.values, runs.rest.monitor("b.x_min").force.values);
+  EXPECT_EQ(runs.whole.result.total, runs.rest.result.total);
+}
+
 TEST_F(Pressures, BadNumbersAreRefused) {
   const auto with = [&](const std::string& contact) {
     Fall scene;

@@ -167,7 +167,8 @@ class Chooser {
     std::vector<std::size_t> all(search.last - search.first);
     std::iota(all.begin(), all.end(), search.first);
     if (search.functions == nullptr || all.empty()) return add_points(all, search, number);
-    const bool friction = laws_[search.first].law == ContactLaw::coulomb;
+    // Load steps are few, so that they may have as many points with friction as without
+    const bool friction = laws_[search.first].law == ContactLaw::coulomb && before_ != nullptr;
     const std::size_t most = friction ? most_points_with_friction : most_points;
     if (n_closing(search) <= (friction ? few_points_with_friction : few_points))
       return add_patch(all, search, number);
@@ -430,6 +431,16 @@ void ContactUnknowns::keep_state(StateArchive& archive) {
 
 Vector ContactUnknowns::guess(const std::vector<PointLaw>& of_points, const Vector& p) const {
   const std::vector<Index> first = first_rows(laws), first_of_points = first_rows(of_points);
+  // Of the functions at each row of a point, whose force they share; points keep theirs
+  Vector all = Vector::Zero(p.size());
+  std::vector<char> is_own(static_cast<std::size_t>(p.size()), 0);
+  for (Index row = 0; row < A.cols(); ++row)
+    for (SparseMatrix::InnerIterator it(A, row); it; ++it) {
+      if (share[row] > 0)
+        all[it.row()] += std::abs(it.value()) / share[row];
+      else
+        is_own[static_cast<std::size_t>(it.row())] = 1;
+    }
   Vector x = Vector::Zero(A.cols());
   for (std::size_t u = 0; u < laws.size(); ++u)
     for (Index row = first[u]; row < first[u + 1]; ++row) {
@@ -439,12 +450,12 @@ Vector ContactUnknowns::guess(const std::vector<PointLaw>& of_points, const Vect
               it.value() * p[first_of_points[static_cast<std::size_t>(it.row())] + row - first[u]];
         continue;
       }
-      double square = 0;
       for (SparseMatrix::InnerIterator it(A, row); it; ++it) {
-        x[row] += it.value() * p[it.row()];
-        square += it.value() * it.value();
+        if (share[row] == 0)
+          x[row] += it.value() * p[it.row()];
+        else if (is_own[static_cast<std::size_t>(it.row())] == 0)
+          x[row] += it.value() / share[row] / all[it.row()] * p[it.row()];
       }
-      x[row] /= square;
     }
   return x;
 }

@@ -22,7 +22,8 @@ struct StaticMemory {
   ContactList rows;
   std::vector<PointLaw> laws;
   std::vector<Index> columns;
-  SparseMatrix A;  // of ContactUnknowns; empty: every point is an unknown
+  SparseMatrix A;   // of ContactUnknowns; empty: every point is an unknown
+  Vector diagonal;  // of A^T W A
   std::shared_ptr<StaticSystem> system;
 };
 
@@ -42,7 +43,8 @@ struct StaticResult {
 // Contact alone constrains the remaining motions, which Newton's method finds from B^T p + c. If it
 // fails, each p is found by the solver of contact. Motions stay within most_way; larger ones need a
 // new search. largest_force: of the forces that sum to c. Adds to the bodies' impulses. `searches`:
-// with corner functions as unknowns instead of their points (contact_unknowns.hpp).
+// with functions as unknowns instead of their points (contact_unknowns.hpp), chosen by the gaps
+// that points would have without their own forces, until the choice stands.
 StaticResult enforce_static(const ContactList& list, const std::vector<PointLaw>& laws,
                             const Points& guess, const std::vector<FloatingNodes>& floating,
                             const std::vector<Index>& columns, const Vector& forces,

@@ -27,10 +27,14 @@ void collect_ties(Simulation& sim, const ContactPair& tied, ContactState& state,
   }
 }
 
-// Whether the points of the last search are reused. Overlaps at edges may open and need a search.
+// Whether the points of the last search are reused. Overlaps at edges may open and need a search,
+// and so do edges that the memory has dropped since, as statics do.
 bool stands(const Simulation& sim, const ContactPair& pair, bool initial, PairState& now,
             ContactState& state, ContactList& list) {
-  if (!pair.may_stand || initial || !now.back.offset.isZero(0) || !now.edges.offset.isZero(0))
+  const StandingSearch& standing = now.memory.standing;
+  if (!pair.may_stand || initial || !now.back.offset.isZero(0) || !now.edges.offset.isZero(0) ||
+      standing.n_both + static_cast<std::size_t>(now.edges.offset.size()) <
+          standing.list.points.size())
     return false;
   return take_standing(*pair.slave, state.bodies[pair.slave->body], *pair.master,
                        state.bodies[pair.master->body], sim.detection, now.memory, list);
