@@ -132,9 +132,9 @@ const std::vector<Limit>& limits() {
       {nodal, {damping, unlike_supports, fixed}, "take `enforcement: impulse` or `penalty`"},
       {restitution,
        {flexible},
-       "leave it out, as their waves take the energy of an impact, or take `as: rigid` for both; "
-       "or "
-       "`enforcement: penalty` with `damping`",
+       "take `as: rigid` for both, or `enforcement: penalty` with `damping`; elastic bodies "
+       "rebound "
+       "by their waves",
        true},
       {restitution, {newmark, static_run}, "take `exact` or `central-difference`, or leave it out"},
       {pressing,

@@ -20,7 +20,8 @@ namespace {
 // if round-off or a node at the edge of a face prevents further convergence.
 constexpr double aim = 1e-8, enough = 1e-5;
 constexpr Index patience = 20;
-// Iterations with searches of their own, whatever has moved.
+// Iterations that search anew from the start of the load step. Later ones reuse a search:
+// projections that alternate between facets would change normals, and forces, without end.
 constexpr Index new_searches = 10;
 // Relative to the largest change in a load step: round-off of displacements without strain.
 constexpr double nothing = 1e-12;
@@ -169,7 +170,7 @@ double Equilibrium::iterate(double t, double share) {
                      "reach?");
     note_closed();
     if (is_done(change)) break;
-    recall();
+    if (iteration_ < new_searches) recall();
   }
   for (auto& body : sim_.bodies) body->end_load_step();
   book();
@@ -322,17 +323,14 @@ std::vector<Index> Equilibrium::columns_of(const std::vector<Index>& pairs) cons
 // number, or for more points than a dense W serves: friction's work in a function that slides in
 // part is wrong.
 bool Equilibrium::takes_functions(const ContactGroup& group, std::size_t search) const {
-  constexpr Index most_rows = 4000;
-  const ContactSearch& of = group.searches[search];
-  if (!sim_.is_static || of.last == of.first) return false;
-  const Index rows = static_cast<Index>(of.last - of.first) * n_rows(group.laws[of.first].law);
-  return sim_.pairs[of.pair].keeps_functions || rows > most_rows;
+  const ContactPair& pair = sim_.pairs[group.searches[search].pair];
+  const Index rows = static_cast<Index>(pair.slave->nodes.size()) * n_rows(pair.law.law);
+  return sim_.is_static && (pair.keeps_functions || rows > most_rows_of_points);
 }
 
 void Equilibrium::solve_group(const std::vector<Index>& pairs, const std::vector<Index>& columns,
                               Change& change) {
-  // A load step is as long as many time steps: faces have rotated since the last search. Later
-  // searches may stand, as feet that change their facet again and again change the normals too.
+  // A load step is as long as many time steps: faces have rotated since the last search
   std::vector<char> may_stand;
   for (const Index p : pairs) {
     ContactPair& pair = sim_.pairs[p];
@@ -341,7 +339,8 @@ void Equilibrium::solve_group(const std::vector<Index>& pairs, const std::vector
     pair.may_stand |= iteration_ >= new_searches && !pair.wall;
   }
   // Floating motions follow the search, whose reach must cover them
-  Solved solved{collect(sim_, pairs, initial_, state_, first_way()), {}};
+  const bool initial = initial_ && iteration_ <= new_searches;
+  Solved solved{collect(sim_, pairs, initial, state_, first_way()), {}};
   for (std::size_t i = 0; i < pairs.size(); ++i) sim_.pairs[pairs[i]].may_stand = may_stand[i] != 0;
   ContactGroup& group = solved.group;
   for (ContactPoint& point : group.list.points) {

@@ -234,6 +234,7 @@ TEST_F(Pressures, StaticsOfTwoSuperelements) {
 
 TEST_F(Pressures, StaticsGoOnWithTheSameBits) {
   const auto runs = test::restarted(folder_, pressed(", friction: 0.3, pressures: 40"), 0.5);
+  EXPECT_GT(runs.rest.built.simulation.pairs.front().seen().n_function_steps, 0);
   EXPECT_EQ(runs.whole.monitor("b.x_min").force.values, runs.rest.monitor("b.x_min").force.values);
   EXPECT_EQ(runs.whole.result.total, runs.rest.result.total);
 }

@@ -73,7 +73,7 @@ CBR_INLINE void columns_product(const Strip& a, const double (&x_J)[strip][m],
   }
 }
 
-// Of the whole strip. Sums of `columns` x m, as many numbers of S, x and y fit the registers.
+// Of the whole strip. `columns`: as many as keep the sums, S, x and y in registers.
 template <int lanes, int columns, int m>
 CBR_INLINE void strip_product(const Strip& a, const double (&x)[strip][m],
                               double (&dot)[strip][m]) {

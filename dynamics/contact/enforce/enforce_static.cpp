@@ -73,7 +73,22 @@ class StaticStep {
     return solution;
   }
   const Vector& of_unknowns() const { return x_; }
-  bool is_rigid() const { return memory_.diagonal.size() > 0 && memory_.diagonal.isZero(0); }
+  // Takes the functions of rigid bodies away: no depth says which of their points close.
+  bool drop_rigid(const ContactUnknowns& unknowns, std::vector<FunctionsOfSearch>& searches) const {
+    std::vector<char> moves(searches.size(), 0);
+    const std::vector<Index> first = first_rows(unknowns.laws);
+    for (std::size_t u = 0; u < unknowns.keys.size(); ++u)
+      if (memory_.diagonal[first[u]] > 0)
+        moves[static_cast<std::size_t>(unknowns.keys[u].search)] = 1;
+    bool any = false;
+    for (const UnknownKey& key : unknowns.keys) {
+      const auto s = static_cast<std::size_t>(key.search);
+      if (moves[s] != 0 || searches[s].functions == nullptr) continue;
+      searches[s].functions = nullptr;
+      any = true;
+    }
+    return any;
+  }
   // Gaps by floating motions.
   Vector moved(const Vector& moves) const {
     if (moves.size() == 0) return Vector::Zero(first_rows(laws_).back());
@@ -93,8 +108,13 @@ class StaticStep {
       for (SparseMatrix::InnerIterator it(unknowns.A, row); it; ++it)
         depth[it.row()] = std::max(depth[it.row()], memory_.diagonal[row] * x_[row]);
     }
-    const double least = -touches * gap.lpNorm<Eigen::Infinity>(),
-                 open = far * std::max(depth.maxCoeff(), -gap.minCoeff());
+    double largest = 0, deepest = depth.maxCoeff();
+    for (std::size_t i = 0; i < laws_.size(); ++i) {
+      if (laws_[i].law == ContactLaw::tied) continue;
+      largest = std::max(largest, std::abs(gap[first[i]]));
+      deepest = std::max(deepest, -gap[first[i]]);
+    }
+    const double least = -touches * largest, open = far * deepest;
     ContactList points = list_;
     for (std::size_t i = 0; i < laws_.size(); ++i) {
       const Index row = first[i];
@@ -133,13 +153,19 @@ class StaticStep {
   Vector x_;
 };
 
-// The points by the forces of the last solution alone: closed ones 1 deep, the others 1 apart.
-// Without any force all are closed.
-ContactList by_forces(const ContactList& list, const Points& forces) {
+// The points by the forces of the last solution alone: closed ones 1 deep, the others 1 apart. All
+// points of a search without forces are closed.
+ContactList by_forces(const ContactList& list, const std::vector<FunctionsOfSearch>& searches,
+                      const Points& forces) {
   ContactList points = list;
-  const bool has_any = forces.rows() > 0 && forces.col(0).maxCoeff() > 0;
-  for (std::size_t i = 0; i < points.points.size(); ++i)
-    points.points[i].gap[0] = has_any && !(forces(static_cast<Index>(i), 0) > 0) ? 1 : -1;
+  for (const FunctionsOfSearch& of : searches) {
+    if (of.last == of.first) continue;
+    const auto normal =
+        forces.col(0).segment(static_cast<Index>(of.first), static_cast<Index>(of.last - of.first));
+    const bool has_any = normal.maxCoeff() > 0;
+    for (auto i = of.first; i < of.last; ++i)
+      points.points[i].gap[0] = has_any && !(forces(static_cast<Index>(i), 0) > 0) ? 1 : -1;
+  }
   return points;
 }
 
@@ -158,7 +184,8 @@ StaticResult enforce_static(const ContactList& list, const std::vector<PointLaw>
             c,
             largest_force};
   }
-  // Rounds in which the functions may still change; after them points are the unknowns
+  // Rounds in which the functions may still change. After them points are the unknowns, or the last
+  // choice is kept where these are too many.
   constexpr int most_rounds = 12;
   std::vector<FunctionsOfSearch> used = searches;
   StaticStep step(list, laws, floating, columns, bodies, memory);
@@ -166,19 +193,22 @@ StaticResult enforce_static(const ContactList& list, const std::vector<PointLaw>
   StaticSystem::Solution solution;
   solution.p = pack(guess, laws);
   ContactUnknowns unknowns;
-  ContactList state = by_forces(list, guess);
+  ContactList state = by_forces(list, searches, guess);
   for (int round = 0;; ++round) {
-    if (round == most_rounds)
+    if (round == most_rounds) {
+      if (g.size() > most_rows_of_points) break;
       for (FunctionsOfSearch& of : used) of.functions = nullptr;
+    }
     ContactUnknowns chosen = choose_unknowns(state, laws, used, nullptr);
-    if (round > 0 && chosen.reduced && (chosen.size() == 0 || chosen.keys == unknowns.keys)) break;
+    const bool stands = chosen.keys == unknowns.keys && same_matrix(chosen.A, unknowns.A);
+    if (round > 0 && chosen.reduced && (chosen.size() == 0 || stands)) break;
     unknowns = std::move(chosen);
     solution = step.solve(unknowns, g, c, solution.p, largest_force, most_way);
     moves += solution.moves;
     if (!unknowns.reduced || !solution.gap.allFinite()) break;
-    if (step.is_rigid()) round = most_rounds - 1;  // no depth says which points close
-    state = step.without_own_forces(unknowns, solution.p, solution.gap);
     g += step.moved(solution.moves);
+    if (step.drop_rigid(unknowns, used)) continue;
+    state = step.without_own_forces(unknowns, solution.p, solution.gap);
   }
   StaticResult result;
   if (unknowns.reduced) {

@@ -27,6 +27,9 @@ struct StaticMemory {
   std::shared_ptr<StaticSystem> system;
 };
 
+// Rows of points that a dense W serves.
+constexpr Index most_rows_of_points = 4000;
+
 struct StaticResult {
   EnforcementResult of_points;
   Vector moves;  // amplitudes of the columns

@@ -80,18 +80,20 @@ std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const 
       outside.has_others = true;
       continue;
     }
-    bool loses = false;
+    bool loses = false, is_rigid = true;
     for (const ContactSurface* surface : surfaces_of(pair)) {
       const auto& instance = built.instances[built.simulation.contact_nodes[surface->body].body];
       if (is_massless(instance)) continue;
       loses = true;
-      outside.all_rigid &= instance.is_rigid;
+      is_rigid &= instance.is_rigid;
       name_component(instance, pair, outside);
     }
     const auto& series = result.pairs[static_cast<std::size_t>(&pair - pairs.data())];
     if (loses && !series.empty())
       outside.n_impacts += static_cast<Index>(series["impacts"].values.back());
     any |= loses;
+    outside.all_rigid &= is_rigid;
+    outside.has_rigid |= loses && is_rigid;
   }
   if (!any) return std::nullopt;
   outside.may_be_massless &= !built.simulation.plan.newmark_alpha;
@@ -132,6 +134,7 @@ std::string text_of(const OutsideBasis& outside, bool momentum_is_kept) {
   text.precision(3);
   text << "energy lost " << to;
   if (outside.has_others) text << ", and to springs and node-lumped contact";
+  if (outside.has_rigid && !outside.all_rigid) text << ", and in impacts of rigid bodies";
   text << ": " << outside.energy;
   if (outside.scale > 0)
     text << ", " << 100 * outside.energy / outside.scale << " % of "
@@ -146,7 +149,7 @@ std::optional<std::string> warning_of(const OutsideBasis& outside) {
   constexpr double much = 0.2;
   constexpr Index many = 3;
   const double share = outside.scale > 0 ? outside.energy / outside.scale : 0;
-  if (!(share > much) || outside.all_rigid || outside.has_others) return std::nullopt;
+  if (!(share > much) || outside.has_rigid || outside.has_others) return std::nullopt;
   std::string cure;
   if (outside.of_faces_in_part)
     cure = "basis: craig-bampton loses less where edges or parts of a face strike; ";

@@ -23,7 +23,8 @@ struct OutsideBasis {
   double scale = 0;
   // contact acted on a superelement with mass on its interface; false: on meshes only
   bool has_modes = false;
-  bool all_rigid = true;  // contact acted on rigid bodies and walls only
+  bool all_rigid = true;   // contact acted on rigid bodies and walls only
+  bool has_rigid = false;  // some pair had no others
   // springs or node-lumped contact acted too: `energy` includes their loss
   bool has_others = false;
   Index n_impacts = 0;  // of the pairs that lose it: times that contact began

@@ -140,11 +140,16 @@ EnforcementResult enforce_and_rebound(Simulation& sim, ContactGroup& group, doub
   const std::vector<ContactPoint> free = points;
   constexpr double less = 0.8, least = 0.2, round_off = 1e-9;
   for (double share = 1;; share = share > least ? less * share : 0) {
-    for (const ContactSearch& of : group.searches)
-      for (auto i = of.first; i < of.last; ++i)
+    bool rebounds = false;
+    for (const ContactSearch& of : group.searches) {
+      for (auto i = of.first; i < of.last; ++i) {
         points[i].gap[0] = gap_to_rebound(free[i], v(static_cast<Index>(i), 0),
                                           share * sim.pairs[of.pair].restitution, h);
+        rebounds |= points[i].gap[0] != free[i].gap[0];
+      }
+    }
     EnforcementResult result = solve();
+    if (!rebounds) return result;
     double work = 0, size = 0;
     for (const ContactSearch& of : group.searches) {
       const bool counts = is_of_rigid_bodies(sim, sim.pairs[of.pair]);
@@ -153,9 +158,10 @@ EnforcementResult enforce_and_rebound(Simulation& sim, ContactGroup& group, doub
         const Vector3 p = result.p.row(row), before = v.row(row);
         const Vector3 change = (result.gap.row(row).transpose() - points[i].gap) / h;
         result.gap(row, 0) += free[i].gap[0] - points[i].gap[0];
-        if (!counts) continue;
+        // What starts behind a face is pushed out, with any restitution
+        if (!counts || (free[i].start_gap < 0 && points[i].gap[0] == free[i].gap[0])) continue;
         work += p.dot(before + 0.5 * change);
-        size += std::abs(p[0] * before[0]);
+        size += p.norm() * (before.norm() + change.norm());
       }
     }
     points = free;
