@@ -232,6 +232,37 @@ TEST_F(Pressures, StaticsOfTwoSuperelements) {
   EXPECT_NEAR(all.result.total.back(), meshes.result.total.back(), 2e-2 * all.result.total.back());
 }
 
+// Nothing tells which points of a rigid body close in a function: these keep their points. Ties of
+// the same island have forces before contact does.
+TEST_F(Pressures, StaticsBesideRigidBodiesAndTies) {
+  folder_.add("coarse.exo", test::block_mesh({{5, 9, 9}, {0.5, 1, 1}}));
+  const auto stack = [&](const std::string& as, const std::string& between,
+                         const std::string& pressures) {
+    return folder_.run(
+        "materials: {m: {youngs_modulus: 1000, poissons_ratio: 0.3, density: 1}}\ncomponents:\n"
+        "  fine: {mesh: block.exo, material: m, reduction: {interface: "
+        "[x_min], modes: 30}}\n"
+        "  coarse: {mesh: coarse.exo, material: m, reduction: {interface: "
+        "[x_min, x_max], modes: 30}}\n"
+        "instances: {a: {component: fine}, b: {component: coarse, as: " +
+        as +
+        ", mirror: x}}\nwalls: {floor: {plane: {point: [-0.501, 0, 0], normal: [1, 0, 0]}}}\n"
+        "loads: [{gravity: [-2, 0.2, 0]}]\ncontact:\n  - {between: [a.x_min, b.x_min], " +
+        between + "}\n  - {between: [b.x_max, floor], friction: 0.3, pressures: " + pressures +
+        "}\ntime: {static: true, end: 1, step: 0.5}\noutput: {every: 0.5, history: [a.x_min, "
+        "b.x_max]}\n");
+  };
+  const auto compare = [&](const std::string& as, const std::string& few_between,
+                           const std::string& all_between) {
+    const Ran few = stack(as, few_between, "40"), all = stack(as, all_between, "nodes");
+    EXPECT_NEAR(few.monitor("b.x_max").force.values[6], 2, 1e-8) << as;
+    EXPECT_NEAR(few.result.total.back(), all.result.total.back(), 1e-2 * all.result.total.back());
+    return few.built.simulation.pairs[as == "rigid" ? 0 : 1].seen().n_function_steps;
+  };
+  EXPECT_GT(compare("rigid", "friction: 0.3, pressures: 40", "friction: 0.3, pressures: nodes"), 0);
+  EXPECT_GT(compare("superelement", "tied: true", "tied: true"), 0);
+}
+
 TEST_F(Pressures, StaticsGoOnWithTheSameBits) {
   const auto runs = test::restarted(folder_, pressed(", friction: 0.3, pressures: 40"), 0.5);
   EXPECT_GT(runs.rest.built.simulation.pairs.front().seen().n_function_steps, 0);

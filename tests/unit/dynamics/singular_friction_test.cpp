@@ -149,7 +149,8 @@ TEST(SingularFriction, SymmetricPointsGetSymmetricImpulses) {
   EXPECT_LT(result.residual, 1e-10);
   const Vector motion = G.transpose() * result.p;
   EXPECT_GT(motion[0], 0.1);
-  for (const Index odd : {1, 3, 5}) EXPECT_LT(std::abs(motion[odd]), 1e-9 * motion.norm());
+  // Ten times the worst of sums in four orders: 9e-11 to 2e-9
+  for (const Index odd : {1, 3, 5}) EXPECT_LT(std::abs(motion[odd]), 2e-8 * motion.norm());
   for (Index i = 0; i < n; i += 2) {
     const Vector3 p = result.p.segment<3>(3 * i), q = result.p.segment<3>(3 * i + 3);
     EXPECT_LT((p - Vector3(q[0], -q[1], q[2])).norm(), 1e-6 * result.p.norm());
