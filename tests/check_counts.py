@@ -14,7 +14,7 @@ BOUNDS = {
     "lines of product": 83660,
     "files of product": 636,
     "lines of python/cbr": 1950,
-    "lines of tests": 63581,
+    "lines of tests": 63587,
     "files of tests": 388,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 348,

@@ -225,17 +225,17 @@ TEST_F(Pressures, StaticsOfTwoSuperelements) {
         &b = few.monitor("b.x_min").force.values;
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], -b[i], 1e-9);
   EXPECT_NEAR(a[6], 1, 1e-9);
-  EXPECT_NEAR(few.result.total.back(), all.result.total.back(), 1e-2 * all.result.total.back());
+  EXPECT_NEAR(few.result.total.back(), all.result.total.back(), 5e-3 * all.result.total.back());
   // Some feet lie on edges of the master: they changed their facet in each iteration
   const Ran meshes = stack("nodes", "mesh");
   EXPECT_GT(meshes.result.total.back(), 0);
-  EXPECT_NEAR(all.result.total.back(), meshes.result.total.back(), 2e-2 * all.result.total.back());
+  EXPECT_NEAR(all.result.total.back(), meshes.result.total.back(), 1e-8 * all.result.total.back());
 }
 
 // Nothing tells which points of a rigid body close in a function: these keep their points. Ties of
 // the same island have forces before contact does.
 TEST_F(Pressures, StaticsBesideRigidBodiesAndTies) {
-  folder_.add("coarse.exo", test::block_mesh({{5, 9, 9}, {0.5, 1, 1}}));
+  folder_.add("coarse.exo", test::block_mesh({{5, 11, 11}, {0.5, 1, 1}}));
   const auto stack = [&](const std::string& as, const std::string& between,
                          const std::string& pressures) {
     return folder_.run(
@@ -257,10 +257,16 @@ TEST_F(Pressures, StaticsBesideRigidBodiesAndTies) {
     const Ran few = stack(as, few_between, "40"), all = stack(as, all_between, "nodes");
     EXPECT_NEAR(few.monitor("b.x_max").force.values[6], 2, 1e-8) << as;
     EXPECT_NEAR(few.result.total.back(), all.result.total.back(), 1e-2 * all.result.total.back());
-    return few.built.simulation.pairs[as == "rigid" ? 0 : 1].seen().n_function_steps;
+    return few.built.simulation.pairs[as == "rigid" ? 0 : 1].seen().most_unknowns;
   };
-  EXPECT_GT(compare("rigid", "friction: 0.3, pressures: 40", "friction: 0.3, pressures: nodes"), 0);
-  EXPECT_GT(compare("superelement", "tied: true", "tied: true"), 0);
+  // of 169 and 144 nodes
+  const Index beside =
+      compare("rigid", "friction: 0.3, pressures: 40", "friction: 0.3, pressures: nodes");
+  EXPECT_GT(beside, 0);
+  EXPECT_LT(beside, 100);
+  const Index below = compare("superelement", "tied: true", "tied: true");
+  EXPECT_GT(below, 0);
+  EXPECT_LT(below, 100);
 }
 
 TEST_F(Pressures, StaticsGoOnWithTheSameBits) {

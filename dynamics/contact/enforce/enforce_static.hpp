@@ -47,7 +47,7 @@ struct StaticResult {
 // fails, each p is found by the solver of contact. Motions stay within most_way; larger ones need a
 // new search. largest_force: of the forces that sum to c. Adds to the bodies' impulses. `searches`:
 // with functions as unknowns instead of their points (contact_unknowns.hpp), chosen by the gaps
-// that points would have without their own forces, until the choice stands.
+// that points would have without their own forces, until the choice repeats.
 StaticResult enforce_static(const ContactList& list, const std::vector<PointLaw>& laws,
                             const Points& guess, const std::vector<FloatingNodes>& floating,
                             const std::vector<Index>& columns, const Vector& forces,
