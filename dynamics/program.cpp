@@ -270,11 +270,17 @@ void say_that_it_starts_again(const Simulation& simulation, const RunResult::Tur
       turned.rotation * 180 / std::numbers::pi, turned.t));
 }
 
-// False: a body has exceeded the rotation limit of linear bodies; writes nothing.
+// False: a body has exceeded the rotation limit of linear bodies, or will; writes nothing.
 bool run_once(const Scene& scene, const BuildOptions& options, const RunCommand& command,
               const UnchangedFiles& inputs, std::optional<NotedSignals>& signals, Report& report) {
   const bool is_again = signals.has_value();
   BuiltScene built = build(scene, report, options);
+  // A checkpoint without large rotation goes on without it
+  if (!built.will_turn.empty() && command.restart.empty()) {
+    report.line(built.will_turn);
+    report.start_again();
+    return false;
+  }
   refuse_names_that_meet(built.simulation);
   require_memory_for_outputs(scene, built.simulation, machine_memory_bytes());
   RunInputs from;

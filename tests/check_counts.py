@@ -11,10 +11,10 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 83660,
+    "lines of product": 83900,
     "files of product": 636,
     "lines of python/cbr": 1950,
-    "lines of tests": 63587,
+    "lines of tests": 63647,
     "files of tests": 388,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 348,

@@ -289,6 +289,7 @@ BuiltScene build(const Scene& scene_of_run, Report& report, const BuildOptions& 
   note_shells(scene, built);
   const auto phase = report.phase("setup");
   const std::vector<ContactKind> in_contact = add_contact(index, built, report);
+  if (!built.turn_limit.empty()) built.will_turn = first_turning_strike(index, built);
   std::vector<BodyPlan> plans = body_plans(index, built);
   add_monitors(index, built);
   add_stress(index, built);

@@ -2,6 +2,7 @@
 // Steps of build(), each in the file of its name.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "common/app/report.hpp"
@@ -20,6 +21,10 @@ std::vector<BodyPlan> body_plans(const SceneIndex& index, BuiltScene& built);
 // less for a tall body that stands or hangs under gravity and loses 5 % of its restoring moment
 // earlier. HUGE_VAL: it has large rotation, or does not allow it.
 std::vector<double> turn_limits(const SceneIndex& index, const BuiltScene& built);
+// After contact and turn_limit: a line on the first instance that its velocity or its weight
+// carries onto a plane wall or another body beside its centre of mass, so that it turns beyond its
+// limit in the run. Empty: none does.
+std::string first_turning_strike(const SceneIndex& index, const BuiltScene& built);
 
 // monitors_setup.cpp: after contact and the bodies. InputError: a missing set.
 void add_monitors(const SceneIndex& index, BuiltScene& built);

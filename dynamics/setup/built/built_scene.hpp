@@ -45,6 +45,7 @@ struct BuiltScene {
   // Per instance, rad, with `rotations: auto`: beyond it the run restarts with large rotation.
   // HUGE_VAL, or empty: never
   std::vector<double> turn_limit;
+  std::string will_turn;  // reason to begin with large rotation instead; empty: none
   bool momentum_is_kept = true;  // without boundary conditions, loads, or contact with rigid walls
 };
 

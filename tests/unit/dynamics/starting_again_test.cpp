@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <string>
+#include <tuple>
 
 #include "common/files/hdf5_file.hpp"
 #include "dynamics/program.hpp"
@@ -209,6 +210,65 @@ TEST_F(StartingAgain, AnAngularVelocityTurnsFromTheStart) {
   EXPECT_FALSE(has(run("auto", scene(0, "", "", spins)), again));
   EXPECT_TRUE(turns("auto", "b"));
   EXPECT_FALSE(turns("auto", "c"));
+}
+
+const std::string begins = "the run begins with bodies that turn";
+
+// A block `rotation` above a floor, and a run until `end`.
+std::string dropped(const std::string& rotation, double end, const std::string& time = "",
+                    const std::string& position = "[0, 0, 0]", const std::string& floor = "0.05") {
+  return "materials: {soft: {youngs_modulus: 1.0e4, poissons_ratio: 0.25, density: 1}}\n"
+         "components: {block: {mesh: block.exo, material: soft}}\n"
+         "instances: {b: {component: block, rotation: " +
+         rotation + ", position: " + position +
+         ", velocity: [0, 0, -1]}}\n"
+         "walls: {w: {plane: {point: [0, 0, -" +
+         floor + "], normal: [0, 0, 1]}}}\ncontact: all\nloads: [{gravity: [0, 0, -10]}]\n" +
+         "time: {end: " + text(end) + time + "}\noutput: {every: 0.02}\n";
+}
+
+// A corner or an edge beside the centre turns it: that saves the first part of a run.
+TEST_F(StartingAgain, ABodyThatMeetsAWallBesideItsCentreTurnsFromTheStart) {
+  const std::string tilted = "[0, 20, 0]", floor = "0.5";
+  const std::string said = run("auto", dropped(tilted, 0.3, "", "[0, 0, 0]", floor));
+  EXPECT_TRUE(has(said, "instance 'b' meets the other in contact b.all - w at t = 0.")) << said;
+  EXPECT_TRUE(has(said, begins)) << said;
+  EXPECT_FALSE(has(said, again)) << said;
+  run("large", dropped(tilted, 0.3, ", rotations: large", "[0, 0, 0]", floor));
+  EXPECT_EQ(center("auto", "b"), center("large", "b"));
+  EXPECT_EQ(energy("auto"), energy("large"));
+}
+
+// What lands flat, or hardly tilted, or too late to turn stays linear.
+TEST_F(StartingAgain, ABodyThatLandsFlatStaysLinear) {
+  for (const auto& [rotation, end, floor] :
+       {std::tuple("[0, 0, 0]", 0.1, "0.05"), std::tuple("[0, 0, 30]", 0.1, "0.05"),
+        std::tuple("[0, 3, 0]", 0.08, "0.15"), std::tuple("[0, 20, 0]", 0.09, "0.5")}) {
+    const std::string said = run("auto", dropped(rotation, end, "", "[0, 0, 0]", floor));
+    EXPECT_FALSE(has(said, begins)) << said << rotation;
+    run("small", dropped(rotation, end, ", rotations: small", "[0, 0, 0]", floor));
+    EXPECT_EQ(center("auto", "b"), center("small", "b")) << rotation;
+    EXPECT_EQ(energy("auto"), energy("small")) << rotation;
+  }
+}
+
+// Two equal blocks: `beside` is how far the second is from the line of the first.
+TEST_F(StartingAgain, BodiesThatMeetBesideTheirCentresTurnFromTheStart) {
+  const auto two = [&](double beside) {
+    return "materials: {soft: {youngs_modulus: 1.0e4, poissons_ratio: 0.25, density: 1}}\n"
+           "components: {block: {mesh: block.exo, material: soft}}\n"
+           "instances:\n  b: {component: block, velocity: [1, 0, 0]}\n  c: {component: block, "
+           "position: [1.05, " +
+           text(beside) +
+           ", 0]}\ncontact: [{between: [b.x_max, c.x_min]}]\n"
+           "time: {end: 0.4}\noutput: {every: 0.02}\n";
+  };
+  EXPECT_FALSE(has(run("auto", two(0)), begins));
+  EXPECT_FALSE(has(run("auto", two(0.2)), begins));
+  EXPECT_TRUE(has(run("auto", two(0.4)), begins));
+  EXPECT_TRUE(turns("auto", "b"));
+  EXPECT_TRUE(turns("auto", "c"));
+  EXPECT_FALSE(has(run("auto", two(0.6)), begins));
 }
 
 // The checkpoint of a run that has started again is of bodies that turn.
