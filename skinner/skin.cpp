@@ -2,10 +2,12 @@
 #include "skinner/skin.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <set>
 
 #include "common/base/error.hpp"
+#include "common/mesh/face_weights.hpp"
 #include "common/scene/left_out_blocks.hpp"
 #include "skinner/placed_mesh.hpp"
 
@@ -210,16 +212,22 @@ class SceneSkinner {
 }  // namespace
 
 std::vector<SkinBlock> add_skin(Mesh& mesh, const Surface& surface, const std::string& block_name) {
-  if (surface.kind != FaceKind::quad4)
-    return {add_block(mesh, surface.faces, surface.kind, block_name)};
-  std::vector<Index> triangles, quadrilaterals;
-  for (Index f = 0; f < surface.n_faces(); ++f)
-    (surface.faces(f, 2) == surface.faces(f, 3) ? triangles : quadrilaterals).push_back(f);
-  if (triangles.empty()) return {add_block(mesh, surface.faces, surface.kind, block_name)};
-  const IndexTable quads = surface.faces(quadrilaterals, Eigen::all),
-                   tris = surface.faces(triangles, Eigen::seqN(0, 3));
-  return {add_block(mesh, quads, FaceKind::quad4, block_name + "_quad4"),
-          add_block(mesh, tris, FaceKind::tri3, block_name + "_tri3")};
+  std::map<std::size_t, std::vector<std::vector<Index>>, std::greater<>> by_size;
+  for (Index f = 0; f < surface.n_faces(); ++f) {
+    const std::vector<Index> nodes = nodes_of_face(surface, f);
+    by_size[nodes.size()].push_back(nodes);
+  }
+  std::vector<SkinBlock> blocks;
+  for (const auto& [size, of_size] : by_size) {
+    const auto kind = static_cast<FaceKind>(size);
+    IndexTable faces(static_cast<Index>(of_size.size()), static_cast<Index>(size));
+    for (Index f = 0; f < faces.rows(); ++f)
+      for (Index a = 0; a < faces.cols(); ++a) faces(f, a) = of_size[f][a];
+    blocks.push_back(
+        add_block(mesh, faces, kind,
+                  by_size.size() == 1 ? block_name : block_name + "_" + std::string(name(kind))));
+  }
+  return blocks;
 }
 
 SkinnedMesh skin_mesh(Mesh mesh, const std::vector<std::string>& sidesets) {

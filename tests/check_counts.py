@@ -11,13 +11,13 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 83900,
-    "files of product": 636,
+    "lines of product": 84470,
+    "files of product": 638,
     "lines of python/cbr": 1950,
-    "lines of tests": 63647,
-    "files of tests": 388,
+    "lines of tests": 63963,
+    "files of tests": 389,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
-    "lines with InputError(": 348,
+    "lines with InputError(": 353,
     "classes derived from Body": 4,
     "members of the largest class": 30,
 }

@@ -83,10 +83,9 @@ Shape biquadratic_shape(double r, double s) {
   return f;
 }
 
-// visit(shape, n, nodes of the face, n dA): quadrature points, the area vector of each outward.
+// visit(shape, nodes of the face, n dA): quadrature points, the area vector of each outward.
 template <typename Visit>
 void for_each_point(const Surface& surface, const Points& x, const Visit& visit) {
-  const int n = n_nodes(surface.kind);
   // Six points, degree 4 (Dunavant 1985), for a triangle; three by three for a quad.
   constexpr double a = 0.445948490915965, b = 0.091576213509771, wa = 0.223381589678011 / 2,
                    wb = 0.109951743655322 / 2;
@@ -99,27 +98,24 @@ void for_each_point(const Surface& surface, const Points& x, const Visit& visit)
   const double g = std::sqrt(0.6);
   const std::array<double, 3> at{-g, 0, g}, weight{5.0 / 9, 8.0 / 9, 5.0 / 9};
   for (Index f = 0; f < surface.n_faces(); ++f) {
-    const auto nodes = surface.faces.row(f);
-    const auto point = [&](const Shape& shape, int count, double factor) {
+    const std::vector<Index> nodes = nodes_of_face(surface, f);
+    const auto n = static_cast<int>(nodes.size());
+    const auto point = [&](const Shape& shape, double factor) {
       Vector3 t1 = Vector3::Zero(), t2 = Vector3::Zero();
-      for (int i = 0; i < count; ++i) {
-        t1 += shape.d1[i] * x.row(nodes(i)).transpose();
-        t2 += shape.d2[i] * x.row(nodes(i)).transpose();
+      for (int i = 0; i < n; ++i) {
+        t1 += shape.d1[i] * x.row(nodes[i]).transpose();
+        t2 += shape.d2[i] * x.row(nodes[i]).transpose();
       }
-      visit(shape, count, nodes, Vector3(factor * t1.cross(t2)));
+      visit(shape, nodes, Vector3(factor * t1.cross(t2)));
     };
-    const bool collapsed = n == 4 && nodes(2) == nodes(3);
-    if (n == 3 || n == 6 || collapsed) {
-      const int n_triangle = collapsed ? 3 : n;
-      for (const auto& p : in_triangle)
-        point(triangle_shape(n_triangle, p[0], p[1]), n_triangle, p[2]);
+    if (n == 3 || n == 6) {
+      for (const auto& p : in_triangle) point(triangle_shape(n, p[0], p[1]), p[2]);
       continue;
     }
     for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) {
-        const Shape shape = n == 9 ? biquadratic_shape(at[i], at[j]) : quad_shape(n, at[i], at[j]);
-        point(shape, n, weight[i] * weight[j]);
-      }
+      for (int j = 0; j < 3; ++j)
+        point(n == 9 ? biquadratic_shape(at[i], at[j]) : quad_shape(n, at[i], at[j]),
+              weight[i] * weight[j]);
   }
 }
 
@@ -128,8 +124,9 @@ void for_each_point(const Surface& surface, const Points& x, const Visit& visit)
 Vector face_weights(const Surface& surface, const Points& coordinates) {
   Vector sum = Vector::Zero(coordinates.rows());
   for_each_point(surface, coordinates,
-                 [&](const Shape& shape, int n, const auto& nodes, const Vector3& area) {
-                   for (int i = 0; i < n; ++i) sum[nodes(i)] += shape.N[i] * area.norm();
+                 [&](const Shape& shape, const auto& nodes, const Vector3& area) {
+                   for (std::size_t i = 0; i < nodes.size(); ++i)
+                     sum[nodes[i]] += shape.N[i] * area.norm();
                  });
   return sum;
 }
@@ -137,21 +134,21 @@ Vector face_weights(const Surface& surface, const Points& coordinates) {
 Points face_normals(const Surface& surface, const Points& coordinates) {
   Points sum = Points::Zero(coordinates.rows(), 3);
   for_each_point(surface, coordinates,
-                 [&](const Shape& shape, int n, const auto& nodes, const Vector3& area) {
-                   for (int i = 0; i < n; ++i) sum.row(nodes(i)) += shape.N[i] * area.transpose();
+                 [&](const Shape& shape, const auto& nodes, const Vector3& area) {
+                   for (std::size_t i = 0; i < nodes.size(); ++i)
+                     sum.row(nodes[i]) += shape.N[i] * area.transpose();
                  });
   return sum;
 }
 
 SparseMatrix face_mass(const Surface& surface, const Points& coordinates) {
   std::vector<Eigen::Triplet<double, Index>> entries;
-  for_each_point(surface, coordinates,
-                 [&](const Shape& shape, int n, const auto& nodes, const Vector3& area) {
-                   for (int i = 0; i < n; ++i)
-                     for (int j = 0; j < n; ++j)
-                       entries.emplace_back(nodes(i), nodes(j),
-                                            shape.N[i] * shape.N[j] * area.norm());
-                 });
+  for_each_point(
+      surface, coordinates, [&](const Shape& shape, const auto& nodes, const Vector3& area) {
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+          for (std::size_t j = 0; j < nodes.size(); ++j)
+            entries.emplace_back(nodes[i], nodes[j], shape.N[i] * shape.N[j] * area.norm());
+      });
   SparseMatrix M(coordinates.rows(), coordinates.rows());
   M.setFromTriplets(entries.begin(), entries.end());
   return M;

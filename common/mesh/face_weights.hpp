@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Nodal forces of a uniform traction on faces.
+// Nodal forces of a uniform traction on faces, and the nodes of each face.
 #pragma once
 
 #include "common/base/types.hpp"
 #include "common/mesh/surface.hpp"
 
 namespace cbr {
+
+// Of a face of the surface: 3, 4, 6, 8 or 9 nodes, corners first. A triangle in a set of quads
+// is one of fewer nodes than the row of `faces` has.
+std::vector<Index> nodes_of_face(const Surface& surface, Index face);
 
 // Integral of each node's shape function over the surface (n_nodes, area units; sums to the area):
 // a uniform traction t on the faces is the nodal forces t x weights. Exact for flat parallelograms

@@ -21,8 +21,7 @@ constexpr double same_side_of_edge = 0.94;
 constexpr double round_off = 1e-9;
 
 int corners_of(const Surface& surface, Index face) {
-  const int n = n_corners(surface.kind);
-  return n == 4 && surface.faces(face, 2) == surface.faces(face, 3) ? 3 : n;
+  return n_corners(static_cast<FaceKind>(nodes_of_face(surface, face).size()));
 }
 
 Vector3 face_normal(const Surface& surface, Index face, const Points& x) {
@@ -281,8 +280,10 @@ PressureFunctions corner_functions(const std::vector<Surface>& faces, const Poin
     std::map<std::pair<Index, Index>, double> value;  // node, corner, both of the patch
     for (const Surface& surface : patch.surfaces)
       for (Index f = 0; f < surface.n_faces(); ++f) {
-        const int n = corners_of(surface, f), per_face = n_nodes(surface.kind);
-        const auto at = [&](int a) { return patch.local(surface.faces(f, a)); };
+        const std::vector<Index> nodes = nodes_of_face(surface, f);
+        const auto per_face = static_cast<int>(nodes.size());
+        const int n = n_corners(static_cast<FaceKind>(per_face));
+        const auto at = [&](int a) { return patch.local(nodes[static_cast<std::size_t>(a)]); };
         for (int a = 0; a < n; ++a) value[{at(a), at(a)}] = 1;
         if (per_face < 2 * n) continue;
         for (int a = 0; a < n; ++a)

@@ -3,6 +3,7 @@
 #include "common/superelement/superelement_group.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 #include <string>
@@ -18,28 +19,27 @@
 namespace cbr {
 namespace {
 
-// A triangle in a set of quad4 repeats its last node, as extract_surface() has it.
+// A triangle in a set of quads repeats its last nodes, as extract_surface() has it.
 void widen_to_quads(Surface& surface) {
-  if (surface.kind == FaceKind::quad4) return;
-  IndexTable faces(surface.n_faces(), 4);
-  faces << surface.faces, surface.faces.col(2);
-  surface.faces = std::move(faces);
-  surface.kind = FaceKind::quad4;
+  if (n_corners(surface.kind) == 4) return;
+  const bool is_linear = surface.kind == FaceKind::tri3;
+  surface.kind = is_linear ? FaceKind::quad4 : FaceKind::quad8;
+  if (is_linear)
+    surface.faces = surface.faces(Eigen::all, std::array{0, 1, 2, 2}).eval();
+  else
+    surface.faces = surface.faces(Eigen::all, std::array{0, 1, 2, 2, 3, 4, 2, 5}).eval();
 }
-
-bool is_linear(FaceKind kind) { return kind == FaceKind::tri3 || kind == FaceKind::quad4; }
 
 // Faces of one name; `more` indexes the joined nodes already.
 void append(Surface& surface, Surface more) {
   if (surface.kind != more.kind) {
-    if (!is_linear(surface.kind) || !is_linear(more.kind)) {
-      throw InputError("/interface/" + surface.name + ": faces of kind " +
-                       std::string(name(more.kind)) + " in one domain, " +
-                       std::string(name(surface.kind)) +
-                       " in another: only tri3 and quad4 go together");
-    }
+    const std::string kinds = "faces of kind " + std::string(name(more.kind)) + " in one domain, " +
+                              std::string(name(surface.kind)) + " in another";
     widen_to_quads(surface);
     widen_to_quads(more);
+    if (surface.kind != more.kind)
+      throw InputError("/interface/" + surface.name + ": " + kinds +
+                       ": only tri3 and quad4, or tri6 and quad8, go together");
   }
   const Index n = surface.n_faces();
   surface.faces.conservativeResize(n + more.n_faces(), Eigen::NoChange);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/fem/stress_values.hpp"
+#include "common/mesh/face_weights.hpp"
 #include "dynamics/setup/built/instance_elements.hpp"
 
 namespace cbr {
@@ -18,10 +19,9 @@ IndexTable faces_of_kind(const Geometry& geometry, FaceKind kind, std::vector<In
   std::vector<std::vector<Index>> faces;
   element.clear();
   for (const auto& [name, surface] : geometry.surfaces) {
-    if (surface.kind != kind) continue;
     for (Index f = 0; f < surface.n_faces(); ++f) {
-      std::vector<Index> nodes(surface.faces.row(f).begin(), surface.faces.row(f).end()),
-          key = nodes;
+      std::vector<Index> nodes = nodes_of_face(surface, f), key = nodes;
+      if (static_cast<int>(nodes.size()) != n_nodes(kind)) continue;
       std::sort(key.begin(), key.end());
       if (!seen.insert(key).second) continue;
       faces.push_back(std::move(nodes));

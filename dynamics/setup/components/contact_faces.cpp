@@ -5,6 +5,8 @@
 #include <set>
 #include <utility>
 
+#include "common/mesh/face_weights.hpp"
+
 namespace cbr {
 namespace {
 
@@ -29,12 +31,13 @@ Surface unseen(const Surface& surface, Seen& seen) {
 // f x 9, see whole_faces.
 IndexTable whole(const Surface& surface) {
   IndexTable faces = IndexTable::Constant(surface.n_faces(), 9, -1);
-  const bool triangle = surface.kind == FaceKind::tri3 || surface.kind == FaceKind::tri6;
-  const int n = triangle ? 3 : 4;
-  faces.leftCols(n) = surface.faces.leftCols(n);
-  if (triangle) faces.col(3) = faces.col(2);
-  if (surface.faces.cols() >= 2 * n) faces.middleCols(4, n) = surface.faces.middleCols(n, n);
-  if (surface.kind == FaceKind::quad9) faces.col(8) = surface.faces.col(8);
+  for (Index f = 0; f < faces.rows(); ++f) {
+    const std::vector<Index> nodes = nodes_of_face(surface, f);
+    const std::size_t n = nodes.size() % 3 == 0 && nodes.size() < 9 ? 3 : 4;
+    for (std::size_t a = 0; a < 4; ++a) faces(f, static_cast<Index>(a)) = nodes[std::min(a, n - 1)];
+    for (std::size_t a = n; a < nodes.size(); ++a)
+      faces(f, static_cast<Index>(4 + a - n)) = nodes[a];
+  }
   return faces;
 }
 

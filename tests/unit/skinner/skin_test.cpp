@@ -80,6 +80,7 @@ TEST(Skin, shellsShareTheNodesOfTheSidesAndLookOutwards) {
       {ElementType::hex20, {ElementType::quad8}},
       {ElementType::hex27, {ElementType::quad9}},
       {ElementType::wedge6, {ElementType::quad4, ElementType::tri3}},
+      {ElementType::wedge15, {ElementType::quad8, ElementType::tri6}},
       {ElementType::pyramid5, {ElementType::quad4, ElementType::tri3}}};
   for (const auto& [type, shells] : expected) {
     SCOPED_TRACE(name(type));

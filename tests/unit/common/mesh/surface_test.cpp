@@ -9,6 +9,8 @@
 #include <set>
 
 #include "common/base/error.hpp"
+#include "common/fem/assembly.hpp"
+#include "common/mesh/face_weights.hpp"
 #include "sample_meshes.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
@@ -85,9 +87,29 @@ TEST(Surface, trianglesAmongQuadrilateralsRepeatTheirLastNode) {
   for (const Index f : {3, 4}) EXPECT_EQ(surface.faces(f, 2), surface.faces(f, 3));
 }
 
+// A uniform pressure on all sides of a body: its displacements are linear, and the nodal forces
+// those of each face's own functions, also where a set has tri6 and quad8.
+TEST(Surface, uniformPressureOnMixedFacesStrainsUniformly) {
+  for (const auto type : {ElementType::wedge6, ElementType::wedge15, ElementType::hex20}) {
+    const Mesh mesh = one_element(type);
+    const Surface surface = extract_surface(mesh, all_sides(mesh));
+    const double E = 3, nu = 0.25;
+    const auto model = assemble(mesh, {{{E, nu, 1}, HexFormulation::full}}, MassKind::lumped);
+    const Points n = face_normals(surface, mesh.coordinates),
+                 u = -(1 - 2 * nu) / E * mesh.coordinates;
+    const Vector force = model.K * Vector(u.reshaped<Eigen::RowMajor>());
+    EXPECT_LT((force + Vector(n.reshaped<Eigen::RowMajor>())).norm(), 1e-13 * force.norm())
+        << name(type);
+    const Vector one = Vector::Ones(n.rows());
+    EXPECT_LT((face_mass(surface, mesh.coordinates) * one - face_weights(surface, mesh.coordinates))
+                  .norm(),
+              1e-14 * n.norm());
+  }
+}
+
 TEST(Surface, linearFacesCoverTheFace) {
-  for (const auto type : {ElementType::tet4, ElementType::tet10, ElementType::hex8,
-                          ElementType::hex20, ElementType::hex27}) {
+  for (const auto type : {ElementType::tet4, ElementType::tet10, ElementType::wedge15,
+                          ElementType::hex8, ElementType::hex20, ElementType::hex27}) {
     SCOPED_TRACE(name(type));
     const Mesh mesh = one_element(type);
     const Surface surface = extract_surface(mesh, all_sides(mesh));
@@ -132,7 +154,7 @@ TEST(Surface, faceOfHex27HasEveryNodeThatLiesOnIt) {
   EXPECT_EQ(surface_nodes(seen_by_contact), on);
 }
 
-TEST(Surface, refusesMixedQuadraticFacesAndShells) {
+TEST(Surface, refusesFacesOfBothOrdersAndShells) {
   const Mesh zoo = test::zoo();
   EXPECT_THROW(extract_surface(zoo, zoo.sidesets[0]), InputError);
   Mesh shell = one_element(ElementType::quad4);
