@@ -74,6 +74,101 @@ def check_formats(folder):
     assert "give --faces MESH" in warning and "interface" not in contents(folder / "out.cbr.h5"), warning
 
 
+def op4_text(matrices, is_big):
+    """Sparse columns in strings of at most two entries, as Nastran's OUTPUT4 writes them in text."""
+    lines = []
+    for name, A in matrices.items():
+        rows, columns = A.shape
+        lines.append(f"{columns:8d}{-rows if is_big else rows:8d}{6:8d}{2:8d}{name:<8s}1P,3E24.16")
+        for j in range(columns):
+            strings = [(i, A[i:i + 2, j]) for i in range(0, rows, 2) if A[i:i + 2, j].any()]
+            if strings:
+                lines.append(f"{j + 1:8d}{0:8d}{sum(2 * len(s) + 1 + is_big for _, s in strings):8d}")
+            for i, s in strings:
+                length = 2 * len(s) + 1
+                lines.append(f"{length:8d}{i + 1:8d}" if is_big else f"{i + 1 + 65536 * length:8d}")
+                lines.append("".join(f"{x:24.16E}" for x in s))
+        lines += [f"{columns + 1:8d}{1:8d}{1:8d}", f"{1:24.16E}"]
+    return "\n".join(lines) + "\n"
+
+
+def op4_binary(matrices, is_big):
+    def record(words, values=b""):
+        body = np.array(words, "<i4").tobytes() + values
+        return len(body).to_bytes(4, "little") + body + len(body).to_bytes(4, "little")
+
+    out = b""
+    for name, A in matrices.items():
+        rows, columns = A.shape
+        out += record([columns, -rows if is_big else rows, 6, 2], name.ljust(8).encode())
+        for j in range(columns):
+            strings = b""
+            for i in range(0, rows, 2):
+                s = A[i:i + 2, j]
+                length = 2 * len(s) + 1
+                mark = [length, i + 1] if is_big else [i + 1 + 65536 * length]
+                strings += (np.array(mark, "<i4").tobytes() + s.astype("<f8").tobytes()) * bool(s.any())
+            if strings:
+                out += record([j + 1, 0, len(strings) // 4], strings)
+        out += record([columns + 1, 1, 1], np.ones(1).tobytes())  # words counted as some versions do
+    return out
+
+
+def check_external(folder):
+    """EXTSEOUT of Nastran: .op4 with .pch or .asm, sparse or dense, text or binary, with one node's displacements along axes of its own."""
+    with h5py.File(folder / "box.cbr.h5") as file:
+        K_cc, M_cc, M_kc = (file[f"matrices/{name}"][()] for name in ("K_cc", "M_cc", "M_kc"))
+        eigenvalues, nodes, x = file["matrices/eigenvalues"][()], file["nodes/id"][()], file["nodes/coordinates"][()]
+    c, k = len(K_cc), len(eigenvalues)
+    K, M = np.block([[K_cc, np.zeros((c, k))], [np.zeros((k, c)), np.diag(eigenvalues)]]), np.block([[M_cc, M_kc.T], [M_kc, np.eye(k)]])
+    turned, modal = 3, range(9001, 9001 + k)
+    axes = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])  # columns: x along z, y along x
+    T = np.eye(c + k)
+    T[3 * turned:3 * turned + 3, 3 * turned:3 * turned + 3] = axes
+    matrices = {"KAA": T.T @ K @ T, "MAA": T.T @ M @ T, "BAA": np.zeros((1, 1)), "MUG1": np.ones((5, c + k))}
+    system = ["CORD2R*              70               0 1.000000000E+00 0.", "*       0.               1.000000000E+00 1.000000000E+00 0.",
+              "*       1.000000000E+00 0.000000000E+00 1.000000000E+00"]
+    grids = [f"GRID*   {n:16d}{0:16d}{a:16.9E}{b:16.9E}\n*       {z:16.9E}{70 if i == turned else 0:16d}"
+             for i, (n, (a, b, z)) in enumerate(zip(nodes, x))]
+
+    def card(name, numbers):  # small fields
+        fields = [f"{number:>8}" for number in numbers]
+        return "\n".join(f"{name if i == 0 else '':<8s}" + "".join(fields[i:i + 8]) for i in range(0, len(fields), 8))
+
+    spoint = card("SPOINT", [9001, "THRU", modal[-1]])
+    rows = [number for n in nodes for number in (n, 123)] + [number for n in modal for number in (n, 0)]
+    here = [number for n in nodes for number in (n, n)] + [""] * (2 * len(nodes) % 8 and 8 - 2 * len(nodes) % 8)
+    pch = ["$ EXTSEOUT", "BEGIN SUPER     101", *system, card("EXTRN", rows), *grids, spoint, card("DTI", ["SELOAD", 0, 1130, "ENDREC"])]
+    asm = ["SEBULK       101  EXTOP4          MANUAL                     101", *system,
+           card("SECONCT", [101, 0, "", "NO", "", "", "", "", *here, 9001, "THRU", modal[-1], 9001, "THRU", modal[-1]]), *grids, spoint]
+    original = contents(folder / "box.cbr.h5")
+    for table, lines in ((".pch", pch), (".asm", asm)):
+        (folder / f"part{table}").write_text("\n".join(lines) + "\n")
+        for is_big in (False, True):
+            for write in (op4_text, op4_binary):
+                data = write(matrices, is_big)
+                (folder / "part.op4").write_bytes(data if isinstance(data, bytes) else data.encode())
+                told = reduce(folder, "--import", "op4", f"part{table}", "--faces", "box.msh", "-o", "part.cbr.h5")
+                assert not told, told
+                back = contents(folder / "part.cbr.h5")
+                for key in ("matrices/K_cc", "matrices/M_cc", "matrices/M_kc", "matrices/eigenvalues", "nodes/id", "interface/contact/faces"):
+                    np.testing.assert_allclose(back[key], original[key], rtol=1e-14, atol=1e-14 * np.abs(original[key]).max(), err_msg=key)
+        (folder / "part.op4").write_text(op4_text({**matrices, "BAA": np.ones((1, 1))}, True))
+        assert "damping matrix is left out" in reduce(folder, "--import", "op4", "part", "--faces", "box.msh", "-o", "part.cbr.h5")
+        for text, words in (("\n".join(lines).replace("     123", "      19"), "has dofs 19"),
+                            ("\n".join(line for line in lines if not line.startswith("CORD2R")), "is no CORD2R"),
+                            ("\n".join(lines[:3]), "no EXTRN and no SECONCT"), (f"GRID,{nodes[0]},5,0.,0.,0.", "expected 0 (basic)"),
+                            ("\n".join(lines).replace(f"GRID*   {nodes[0]:16d}", f"GRID*   {777:16d}"), f"GRID {nodes[0]} is not in the file")):
+            if "123" not in "".join(lines) and "dofs 19" in words:
+                continue
+            (folder / f"part{table}").write_text(text + "\n")
+            error = reduce(folder, "--import", "op4", "part", "-o", "none.cbr.h5", expect=2)
+            assert words in error and error.count("\n") == 1, (words, error)
+        (folder / f"part{table}").unlink()
+    (folder / "part.op4").unlink()
+    (folder / "part.cbr.h5").unlink()
+
+
 def check_run(folder):
     """An impact with the file as it was reduced, and with the one that came back."""
     results = {}
@@ -191,4 +286,4 @@ def check_refusals(folder):
 
 
 if __name__ == "__main__":
-    check_in_turn(check_formats, check_run, check_damage, check_missing_lines, check_refusals)
+    check_in_turn(check_formats, check_external, check_run, check_damage, check_missing_lines, check_refusals)

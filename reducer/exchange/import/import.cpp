@@ -83,7 +83,7 @@ void import_superelement(const ImportOptions& options, Report& report) {
   }
   if (imported.reduced.has_damping)
     report.warning(options.file.string() +
-                   ": its damping matrix Cr is left out, as superelements have none: give the "
+                   ": its damping matrix is left out, as superelements have none: give the "
                    "instance damping");
   if (imported.reduced.has_recovery)
     report.warning(
@@ -128,7 +128,8 @@ struct ImportFormat {
   std::string users;                  // for messages
   std::vector<std::string> suffixes;  // of the files that are read; none: one file of any name
   ReducedMatrices (*read)(const std::filesystem::path& file_or_stem);
-  bool needs_mesh = false;  // its files have no coordinates
+  bool needs_mesh = false;      // its files have no coordinates
+  bool takes_external = false;  // files of Nastran's EXTSEOUT instead of the table
 };
 
 // A new format is one entry here and a file of its own.
@@ -137,7 +138,7 @@ const std::vector<ImportFormat>& formats() {
       {"sierra", "Sierra/SD", {}, read_sierra},
       {"matrix-market", "Matrix Market", {".K.mtx", ".M.mtx", ".dofs.csv"}, read_matrix_market},
       {"dmig", "Nastran DMIG", {".dmig", ".dofs.csv"}, read_dmig},
-      {"op4", "Nastran OUTPUT4", {".op4", ".dofs.csv"}, read_op4},
+      {"op4", "Nastran OUTPUT4", {".op4", ".dofs.csv"}, read_op4, false, true},
       {"abaqus",
        "Abaqus *MATRIX INPUT",
        {".K.abaqus.mtx", ".M.abaqus.mtx", ".dofs.csv"},
@@ -165,7 +166,10 @@ const ImportFormat& format_named(const std::string& name) {
 
 // The names' common beginning, from one of the names.
 std::string stem_of(const ImportFormat& format, const std::string& file) {
-  for (const std::string& suffix : format.suffixes) {
+  std::vector<std::string> suffixes = format.suffixes;
+  if (format.takes_external)
+    suffixes.insert(suffixes.end(), external_suffixes.begin(), external_suffixes.end());
+  for (const std::string& suffix : suffixes) {
     if (file.ends_with(suffix)) return file.substr(0, file.size() - suffix.size());
   }
   return file;
@@ -185,12 +189,21 @@ ImportedMatrices import_matrices(const std::string& name, const std::filesystem:
   ImportedMatrices imported;
   imported.users = format.users;
   imported.needs_mesh = format.needs_mesh;
-  for (const std::string& suffix : format.suffixes) {
+  std::vector<std::string> suffixes = format.suffixes;
+  if (format.takes_external && !std::filesystem::exists(stem + suffixes.back())) {
+    const std::string table = suffixes.back();
+    suffixes.pop_back();
+    for (const char* suffix : external_suffixes)
+      if (std::filesystem::exists(stem + suffix)) suffixes.emplace_back(suffix);
+    if (suffixes.size() == format.suffixes.size() - 1) suffixes.push_back(table);
+  }
+  for (const std::string& suffix : suffixes) {
     imported.files.emplace_back(stem + suffix);
     if (!std::filesystem::exists(imported.files.back()))
       throw InputError(imported.files.back().string() + ": no such file: --import " + name +
                        " reads " + join(format.suffixes) + " of one name" +
-                       (format.needs_mesh ? "" : ", as --export writes them"));
+                       (format.needs_mesh ? "" : ", as --export writes them") +
+                       (format.takes_external ? ", or Nastran's .op4 with .pch or .asm" : ""));
   }
   if (format.suffixes.empty()) imported.files.push_back(file);
   imported.reduced = format.read(stem);

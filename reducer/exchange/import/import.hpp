@@ -5,7 +5,9 @@
 // cbr-reduce --import: a superelement file from the files of another code.
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -49,6 +51,20 @@ ImportedMatrices import_matrices(const std::string& format, const std::filesyste
 // 0; the matrices have the true one. InputError with file and line.
 std::vector<ReducedRow> read_rows(const std::filesystem::path& file);
 
+// Instead of it, of Nastran's EXTSEOUT(ASMBULK,EXTBULK): the first that there is.
+inline constexpr std::array<const char*, 2> external_suffixes{".pch", ".asm"};
+
+struct NastranRows {
+  std::vector<ReducedRow> rows;
+  std::map<Index, Matrix3> axes;  // of nodes whose displacements have a system of their own
+  // .pch has them in EXTRN; .asm has nodes alone, whose rows here are all six
+  bool knows_dofs = false;
+};
+
+// InputError with file and line: no card has the order of the rows, another reference system than
+// the basic one, a node without a place.
+NastranRows read_nastran_rows(const std::filesystem::path& stem);
+
 // The matrices of --export in the order of their rows, n x n. `stem`: the files' names up to their
 // suffixes. InputError with file and line: a missing or damaged file, an entry of no row or twice,
 // another kind of matrix.
@@ -56,7 +72,11 @@ ReducedMatrices read_matrix_market(const std::filesystem::path& stem);
 ReducedMatrices read_dmig(const std::filesystem::path& stem);
 ReducedMatrices read_abaqus(const std::filesystem::path& stem);
 ReducedMatrices read_calculix(const std::filesystem::path& stem);
-ReducedMatrices read_op4(const std::filesystem::path& stem);  // text or binary, by its first bytes
+
+// Text or binary, by its first bytes; dense or sparse. Rows are those of the table, or of Nastran's
+// external superelement; then KAA or KXX and MAA or MXX are read, displacements turned to basic
+// axes.
+ReducedMatrices read_op4(const std::filesystem::path& stem);
 
 // Matrices of other programs that name nodes without places: each row has its node and dof, and
 // place_rows() does the rest. InputError as above, and: rotations.

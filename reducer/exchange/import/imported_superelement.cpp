@@ -73,7 +73,8 @@ class Importer {
       if (dofs.empty()) s_.node_ids.push_back(row(i).node);
       dofs.emplace_back(row(i).dof, i);
     }
-    if (s_.node_ids.empty()) fail("has no interface dof");
+    if (s_.node_ids.empty())
+      fail("has no interface dof: exports of characteristic and massless bases do not come back");
     s_.coordinates.resize(static_cast<Index>(s_.node_ids.size()), 3);
     for (std::size_t node = 0; node < s_.node_ids.size(); ++node) {
       auto& dofs = of_node.at(s_.node_ids[node]);

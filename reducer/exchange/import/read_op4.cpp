@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// OUTPUT4 files, text and binary, with dense matrices KAAX and MAAX.
+// OUTPUT4 files, text and binary: MSC Nastran DMAP Programmer's Guide, OUTPUT4. Columns are dense
+// or sparse; K and M are taken, damping is noted, and other matrices are passed over.
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <map>
+#include <optional>
 
 #include "common/base/error.hpp"
 #include "common/base/text_lines.hpp"
@@ -12,44 +15,79 @@
 namespace cbr {
 namespace {
 
-constexpr int real_double = 2;
+constexpr Index real_double = 2, complex_double = 4, row_limit = 65536;
 
-using Matrices = std::map<std::string, Matrix>;
+struct Header {
+  std::string name;
+  Index columns = 0, rows = 0, type = 0;  // rows < 0: BIGMAT
+  Index words() const { return type == real_double || type == complex_double ? 2 : 1; }
+};
 
-// Checks a matrix's name, type and size, which both kinds of file hold.
-template <typename Fail>
-Matrix empty_matrix(const std::string& name, const Matrices& found, Index columns, Index rows,
-                    Index type, Index n, const Fail& fail) {
-  if (name != "KAAX" && name != "MAAX")
-    fail("matrix '" + name.substr(0, 8) + "' found, expected KAAX or MAAX");
-  if (found.count(name) > 0) fail("a second matrix " + name);
-  if (type != real_double)
-    fail("type " + std::to_string(type) + " found, expected 2 (real, double precision)");
-  if (columns != n || rows != n)
-    fail("a matrix of " + std::to_string(rows) + " x " + std::to_string(columns) +
-         " found, expected " + std::to_string(n) + " x " + std::to_string(n) +
-         ", as the table beside it has " + std::to_string(n) + " rows");
-  return Matrix::Zero(n, n);
-}
+// The matrices that are wanted, as their entries arrive. `Fail` throws with the file's place.
+class Found {
+ public:
+  // n: rows of the table. least: rows of nodes without rotations, which may be all, or n
+  Found(Index least, Index n) : least_(least), n_(n) {}
 
-template <typename Fail>
-void check_column(Index column, Index before, Index first, Index count, Index n, const Fail& fail) {
-  if (first == 0)
-    fail("a sparse column found, expected dense ones: write the file without SPARSE and BIGMAT");
-  if (column <= before || column > n || first < 1 || count < 1 || count > n ||
-      first + count - 1 > n)
-    fail("column " + std::to_string(column) + ", rows from " + std::to_string(first) + ", " +
-         std::to_string(count) + " entries found: columns ascend, and columns and rows are 1 to " +
-         std::to_string(n));
-}
+  template <typename Fail>
+  void begin(const Header& header, const Fail& fail) {
+    current_ = nullptr;
+    is_damping_ = is_one_of(header.name, {"BAAX", "BAA", "BXX", "BXX1", "K4AAX", "K4XX", "K4XX1"});
+    const bool is_K = is_one_of(header.name, {"KAAX", "KAA", "KXX"});
+    if (!is_K && !is_one_of(header.name, {"MAAX", "MAA", "MXX"})) return;
+    std::optional<Matrix>& A = is_K ? K : M;
+    if (A) fail("a second matrix " + header.name);
+    if (header.type != real_double)
+      fail("type " + std::to_string(header.type) + " found, expected 2 (real, double precision)");
+    const Index n = header.columns, rows = std::abs(header.rows);
+    if (rows != n || (n != n_ && n != least_) || (K && K->rows() != n))
+      fail("a matrix of " + std::to_string(rows) + " x " + std::to_string(n) + " found, expected " +
+           std::to_string(n_) + " x " + std::to_string(n_) + ", as the table beside it has " +
+           std::to_string(n_) + " rows");
+    A = Matrix::Zero(n, n);
+    current_ = &*A;
+  }
+
+  template <typename Fail>
+  void check_column(const Header& header, Index column, Index before, const Fail& fail) const {
+    if (column <= before || column > header.columns)
+      fail("column " + std::to_string(column) + " found: columns ascend from 1 to " +
+           std::to_string(header.columns));
+  }
+
+  template <typename Fail>
+  void check_rows(Index first, Index count, const Fail& fail) const {
+    if (current_ != nullptr && (first < 1 || count < 1 || count > current_->rows() ||
+                                first + count - 1 > current_->rows()))
+      fail("rows from " + std::to_string(first) + ", " + std::to_string(count) +
+           " entries found: rows are 1 to " + std::to_string(current_->rows()));
+  }
+
+  bool wants() const { return current_ != nullptr || is_damping_; }
+  void put(Index i, Index j, double value) {
+    if (current_ != nullptr) (*current_)(i, j) = value;
+    has_damping |= is_damping_ && value != 0;
+  }
+
+  std::optional<Matrix> K, M;
+  bool has_damping = false;
+
+ private:
+  static bool is_one_of(const std::string& name, std::initializer_list<const char*> names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  }
+
+  const Index least_, n_;
+  Matrix* current_ = nullptr;  // none: it is passed over
+  bool is_damping_ = false;
+};
 
 class TextOp4 {
  public:
-  TextOp4(const std::filesystem::path& file, Index n) : lines_(file), n_(n) {}
+  TextOp4(const std::filesystem::path& file, Found& found) : lines_(file), found_(found) {}
 
-  Matrices run() {
+  void run() {
     while (lines_.next()) read_matrix();
-    return std::move(found_);
   }
 
  private:
@@ -58,33 +96,38 @@ class TextOp4 {
                                         : std::string_view();
   }
 
+  void next_line() {
+    if (!lines_.next())
+      lines_.fail("ends inside of matrix " + header_.name +
+                  ": the file is damaged, export it again");
+  }
+
   void read_matrix() {
     const auto fail = [&](const std::string& what) { lines_.fail(what); };
-    const std::string name(field(4));
-    Matrix A = empty_matrix(name, found_, lines_.whole(field(0)), lines_.whole(field(1)),
-                            lines_.whole(field(3)), n_, fail);
+    header_ = {std::string(field(4)), lines_.whole(field(0)), lines_.whole(field(1)),
+               lines_.whole(field(3))};
+    found_.begin(header_, fail);
     read_format(lines_.line());
-    Index before = 0;
-    while (true) {
-      if (!lines_.next())
-        lines_.fail("ends inside of matrix " + name + ": the file is damaged, export it again");
+    for (Index before = 0;;) {
+      next_line();
       const Index column = lines_.whole(field(0)), first = lines_.whole(field(1)),
                   count = lines_.whole(field(2));
-      if (column == n_ + 1) break;
-      check_column(column, before, first, count, n_, fail);
-      read_column(A, column - 1, first - 1, count, name);
+      if (column == header_.columns + 1) break;
+      found_.check_column(header_, column, before, fail);
+      if (first == 0)
+        read_strings(column, count);
+      else
+        read_numbers(column, first, count);
       before = column;
     }
-    if (!lines_.next())
-      lines_.fail("ends inside of matrix " + name + ": the file is damaged, export it again");
+    next_line();
     lines_.number(lines_.line());  // a damaged one is still found
-    found_.emplace(name, std::move(A));
   }
 
   // "1P,3E24.16": numbers in a line, and how wide each is.
   void read_format(const std::string& header) {
     const auto start = header.find(',', 40);
-    const auto e = start == std::string::npos ? start : header.find('E', start);
+    const auto e = start == std::string::npos ? start : header.find_first_of("ED", start);
     if (e == std::string::npos) lines_.fail("no format such as 1P,3E24.16 in columns 41 to 56");
     in_line_ = lines_.whole(std::string_view(header).substr(start + 1, e - start - 1));
     width_ = lines_.whole(std::string_view(header).substr(e + 1, header.find('.', e) - e - 1));
@@ -92,31 +135,50 @@ class TextOp4 {
       lines_.fail("a format such as 1P,3E24.16 expected in columns 41 to 56");
   }
 
-  void read_column(Matrix& A, Index j, Index first, Index count, const std::string& name) {
+  // A sparse column: strings of entries that follow one another, each with its length and row
+  void read_strings(Index column, Index words) {
+    while (words > 0) {
+      next_line();
+      const bool is_big = header_.rows < 0;
+      const Index mark = lines_.whole(is_big ? field(0) : std::string_view(lines_.line()));
+      const Index length = is_big ? mark : mark / row_limit,
+                  row = is_big ? lines_.whole(field(1)) : mark % row_limit;
+      if (length < 2) lines_.fail("a string of " + std::to_string(length - 1) + " words found");
+      words -= length + (is_big ? 1 : 0);
+      read_numbers(column, row, (length - 1) / header_.words());
+    }
+  }
+
+  void read_numbers(Index column, Index first, Index count) {
+    found_.check_rows(first, count, [&](const std::string& what) { lines_.fail(what); });
     for (Index i = 0; i < count; ++i) {
-      if (i % in_line_ == 0 && !lines_.next())
-        lines_.fail("ends inside of matrix " + name + ": the file is damaged, export it again");
+      if (i % in_line_ == 0) next_line();
+      if (!found_.wants()) continue;
       const auto start = static_cast<std::size_t>(i % in_line_ * width_);
       if (start >= lines_.line().size()) lines_.fail("too few numbers in the line");
-      A(first + i, j) = lines_.number(
-          std::string_view(lines_.line()).substr(start, static_cast<std::size_t>(width_)));
+      found_.put(
+          first - 1 + i, column - 1,
+          lines_.number(
+              std::string_view(lines_.line()).substr(start, static_cast<std::size_t>(width_))));
     }
   }
 
   TextLines lines_;
-  const Index n_;
-  Matrices found_;
+  Found& found_;
+  Header header_;
   Index in_line_ = 0, width_ = 0;
 };
 
 class BinaryOp4 {
  public:
-  BinaryOp4(const std::filesystem::path& file, Index n)
-      : file_(file), in_(file, std::ios::binary), n_(n) {}
+  BinaryOp4(const std::filesystem::path& file, Found& found)
+      : file_(file),
+        in_(file, std::ios::binary),
+        size_(static_cast<Index>(std::filesystem::file_size(file))),
+        found_(found) {}
 
-  Matrices run() {
+  void run() {
     while (in_.peek() != std::ifstream::traits_type::eof()) read_matrix();
-    return std::move(found_);
   }
 
  private:
@@ -139,42 +201,73 @@ class BinaryOp4 {
   }
 
   void read_matrix() {
-    const auto fails = [&](const std::string& what) { fail(what); };
     if (word() != 24)
       fail("a header of another length than 24 bytes: damaged, or written with words of 8 bytes");
-    const Index columns = word(), rows = word();
+    header_.columns = word();
+    header_.rows = word();
     word();  // the form
-    const Index type = word();
+    header_.type = word();
     std::string name(8, ' ');
     get(name.data(), name.size());
     end_record(24);
-    name = std::string(trimmed(name));
-    Matrix A = empty_matrix(name, found_, columns, rows, type, n_, fails);
-    for (Index before = 0; before <= n_;) before = read_column(A, before);
-    if (!A.allFinite()) fail("matrix " + name + " has entries that are not finite");
-    found_.emplace(name, std::move(A));
+    header_.name = std::string(trimmed(name));
+    found_.begin(header_, [&](const std::string& what) { fail(what); });
+    for (Index before = 0; before <= header_.columns;) before = read_column(before);
   }
 
-  // The column's number; above n: the one that ends the matrix.
-  Index read_column(Matrix& A, Index before) {
-    const Index length = word(), column = word(), first = word(), words = word();
-    if (words < 0 || words > 2 * n_ + 2 || length != 12 + 4 * words)
+  // The column's number; above all columns: the one that ends the matrix.
+  Index read_column(Index before) {
+    const Index length = word(), column = word(), first = word(), words = word(),
+                bytes = length - 12;
+    const bool is_last = column == header_.columns + 1;  // its words may be counted otherwise
+    if (bytes < 0 || bytes > size_ || (bytes != 4 * words && !is_last))
       fail("a record of a wrong length: the file is damaged, export it again");
-    if (column == n_ + 1) {
-      in_.ignore(4 * words);
+    if (is_last || !found_.wants()) {
+      in_.ignore(bytes);
     } else {
-      check_column(column, before, first, words / 2, n_,
-                   [&](const std::string& what) { fail(what); });
-      get(&A(first - 1, column - 1), sizeof(double) * static_cast<std::size_t>(words / 2));
+      found_.check_column(header_, column, before, [&](const std::string& what) { fail(what); });
+      words_.resize(static_cast<std::size_t>(words));
+      get(words_.data(), sizeof(std::int32_t) * words_.size());
+      if (first == 0)
+        take_strings(column);
+      else
+        take(column, first, 0, words / header_.words());
     }
     end_record(length);
     return column;
   }
 
+  void take_strings(Index column) {
+    for (std::size_t at = 0; at < words_.size();) {
+      const Index mark = words_[at++];
+      const bool is_big = header_.rows < 0;
+      const Index length = is_big ? mark : mark / row_limit;
+      if (length < 2 || at + static_cast<std::size_t>(length - 1 + is_big) > words_.size())
+        fail("a string of a wrong length: the file is damaged, export it again");
+      const Index row = is_big ? words_[at++] : mark % row_limit;
+      take(column, row, at, (length - 1) / header_.words());
+      at += static_cast<std::size_t>(length - 1);
+    }
+  }
+
+  void take(Index column, Index first, std::size_t at, Index count) {
+    found_.check_rows(first, count, [&](const std::string& what) { fail(what); });
+    for (Index i = 0; i < count; ++i) {
+      double value = 0;
+      if (header_.words() == 2)
+        std::memcpy(&value, &words_[at + 2 * static_cast<std::size_t>(i)], sizeof value);
+      if (!std::isfinite(value))
+        fail("matrix " + header_.name + " has entries that are not finite");
+      found_.put(first - 1 + i, column - 1, value);
+    }
+  }
+
   const std::filesystem::path file_;
   std::ifstream in_;
-  const Index n_;
-  Matrices found_;
+  const Index size_;
+  Found& found_;
+  Header header_;
+  std::vector<std::int32_t> words_;  // of a column
 };
 
 bool is_binary(const std::filesystem::path& file) {
@@ -183,18 +276,60 @@ bool is_binary(const std::filesystem::path& file) {
   return length == 24;
 }
 
+// K := T K T^T and M, where T has a node's axes on the diagonal
+void turn_to_basic(const std::map<Index, Matrix3>& axes, const std::string& where,
+                   ReducedMatrices& reduced) {
+  for (const auto& axis : axes)
+    for (const int first : {1, 4}) {
+      const Index node = axis.first;
+      const Matrix3& T = axis.second;
+      const auto is_of = [&](const ReducedRow& row) {
+        return row.node == node && row.dof >= first && row.dof < first + 3;
+      };
+      const auto at = std::find_if(reduced.rows.begin(), reduced.rows.end(), is_of);
+      const auto count = std::count_if(at, reduced.rows.end(), is_of);
+      if (count != 0 && (count != 3 || !std::all_of(at, at + 3, is_of)))
+        throw InputError(where + ": GRID " + std::to_string(node) +
+                         " has a system of its own and not all its dofs x, y, z: retain 123 or "
+                         "123456 of it");
+      if (count == 0) continue;
+      const auto i = static_cast<Index>(at - reduced.rows.begin());
+      for (Matrix* A : {&reduced.K, &reduced.M}) {
+        A->middleRows(i, 3) = (T * A->middleRows(i, 3)).eval();
+        A->middleCols(i, 3) = (A->middleCols(i, 3) * T.transpose()).eval();
+      }
+    }
+}
+
 }  // namespace
 
 ReducedMatrices read_op4(const std::filesystem::path& stem) {
   ReducedMatrices reduced;
-  reduced.rows = read_rows(stem.string() + ".dofs.csv");
-  const std::filesystem::path file = stem.string() + ".op4";
+  const std::filesystem::path table = stem.string() + ".dofs.csv", file = stem.string() + ".op4";
+  const bool is_ours = std::filesystem::exists(table);
+  NastranRows external;
+  if (is_ours)
+    external = {read_rows(table), {}, true};
+  else
+    external = read_nastran_rows(stem);
+  reduced.rows = external.rows;
+  const auto is_rotation = [](const ReducedRow& row) { return row.dof > 3; };
   const auto n = static_cast<Index>(reduced.rows.size());
-  Matrices found = is_binary(file) ? BinaryOp4(file, n).run() : TextOp4(file, n).run();
-  for (const char* name : {"KAAX", "MAAX"})
-    if (found.count(name) == 0) throw InputError(file.string() + ": has no matrix " + name);
-  reduced.K = std::move(found.at("KAAX"));
-  reduced.M = std::move(found.at("MAAX"));
+  const Index n_rotations = std::count_if(reduced.rows.begin(), reduced.rows.end(), is_rotation);
+  Found found(external.knows_dofs ? n : n - n_rotations, n);
+  if (is_binary(file))
+    BinaryOp4(file, found).run();
+  else
+    TextOp4(file, found).run();
+  for (const auto* A : {&found.K, &found.M})
+    if (!*A)
+      throw InputError(file.string() + ": has no matrix " +
+                       (A == &found.K ? "KAAX, KAA or KXX" : "MAAX, MAA or MXX"));
+  reduced.K = std::move(*found.K);
+  reduced.M = std::move(*found.M);
+  reduced.has_damping = found.has_damping;
+  if (reduced.K.rows() < n) std::erase_if(reduced.rows, is_rotation);
+  turn_to_basic(external.axes, file.string(), reduced);
   return reduced;
 }
 
