@@ -20,16 +20,20 @@ struct ReducedRow {
 };
 
 // K and M, n x n, dense: interface dofs first, in the order of the file, then modal coordinates.
+// Of bases characteristic and massless: modes of unit mass, then residual vectors without mass, all
+// of dof 0; the interface follows them, u = T q.
 struct ReducedMatrices {
   Matrix K, M;
-  std::vector<ReducedRow> rows;  // n
-  bool has_damping = false;      // an import's files have a damping matrix, which is not read
-  bool has_recovery = false;     // and recovery data of the interior
+  std::vector<ReducedRow> rows;       // n
+  Matrix T;                           // c x n, or empty
+  std::vector<ReducedRow> interface;  // c, rows of T
+  bool has_damping = false;           // an import's files have a damping matrix, which is not read
+  bool has_recovery = false;          // and recovery data of the interior
 };
 
 // Modal coordinates are nodes from `first_modal_node` on; 0: from the first above all nodes of the
-// interface. InputError: a basis without masses and stiffnesses of the interface's dofs
-// (characteristic, massless); a first_modal_node that is not above the interface's.
+// interface. InputError: a first_modal_node that is not above the interface's; compliance in
+// levels.
 ReducedMatrices reduced_matrices(const Superelement& s, Index first_modal_node = 0);
 
 }  // namespace cbr

@@ -30,6 +30,11 @@ void write_abaqus_K(const ReducedMatrices& reduced, std::ostream& out) {
 
 void write_calculix_stiffness(const ReducedMatrices& reduced, std::ostream& out) {
   write(reduced.K, reduced.M, reduced.rows, out);
+  // CalculiX takes matrices with three dofs at some node. This one moves nothing else
+  if (reduced.T.size() == 0) return;
+  const Index node = reduced.rows.back().node;
+  out << node << ", 3, " << node << ", 3, " << format_text("%.17g", reduced.K.diagonal().maxCoeff())
+      << '\n';
 }
 
 void write_abaqus_M(const ReducedMatrices& reduced, std::ostream& out) {

@@ -10,20 +10,30 @@ namespace cbr {
 
 void write_calculix_input(const ReducedMatrices& reduced, const std::string& name,
                           std::ostream& out) {
-  out << "** A Craig-Bampton superelement: *INCLUDE this file in the model. Nodes without a place "
+  out << "** A superelement of cbr: *INCLUDE this file in the model. Nodes without a place "
          "of their own are modal\n"
       << "** coordinates; their dof is 1. A *FREQUENCY or *DYNAMIC step needs a material with a "
          "*DENSITY in the model.\n*NODE, NSET=CBR\n";
   Index last = -1;
-  for (const ReducedRow& row : reduced.rows) {
-    if (row.node == last) continue;
-    last = row.node;
-    out << row.node
-        << format_text(", %.17g, %.17g, %.17g\n", row.position(0), row.position(1),
-                       row.position(2));
-  }
+  for (const auto* rows : {&reduced.interface, &reduced.rows})
+    for (const ReducedRow& row : *rows) {
+      if (row.node == last) continue;
+      last = row.node;
+      out << row.node
+          << format_text(", %.17g, %.17g, %.17g\n", row.position(0), row.position(1),
+                         row.position(2));
+    }
   out << "*MATRIX ASSEMBLE, NAME=CBR, STIFFNESS FILE=" << name << calculix_K
       << ", MASS FILE=" << name << calculix_M << '\n';
+  // - u + T q = 0, four terms a line, whose fields have at most 20 columns
+  for (Index i = 0; i < reduced.T.rows(); ++i) {
+    const ReducedRow& dof = reduced.interface[static_cast<std::size_t>(i)];
+    out << "*EQUATION\n" << reduced.T.cols() + 1 << '\n' << dof.node << ',' << dof.dof << ",-1";
+    for (Index j = 0; j < reduced.T.cols(); ++j)
+      out << (j % 4 == 3 ? ",\n" : ",") << reduced.rows[static_cast<std::size_t>(j)].node
+          << format_text(",1,%.13g", reduced.T(i, j));
+    out << '\n';
+  }
 }
 
 }  // namespace cbr

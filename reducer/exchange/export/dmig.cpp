@@ -4,11 +4,14 @@
 #include <ostream>
 #include <string>
 
+#include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
 #include "reducer/exchange/export/export_formats.hpp"
 
 namespace cbr {
 namespace {
+
+constexpr Index largest_number = 99'999'999;
 
 // 16 columns, the exponent marked by D as in double precision
 std::string field(double value) {
@@ -47,10 +50,36 @@ void write_matrix(const char* name, const Matrix& A, const std::vector<ReducedRo
   }
 }
 
+// - u + T q = 0: the interface's dofs are the dependent ones.
+void write_equations(const ReducedMatrices& reduced, std::ostream& out) {
+  for (Index i = 0; i < reduced.T.rows(); ++i) {
+    const ReducedRow& dof = reduced.interface[static_cast<std::size_t>(i)];
+    out << "MPC*    " << field(Index{1}) << field(dof.node) << field(Index{dof.dof}) << field(-1.0);
+    for (Index j = 0; j < reduced.T.cols(); ++j)
+      out << (j % 2 == 0 ? "\n*       " : "\n*                       ")
+          << field(reduced.rows[static_cast<std::size_t>(j)].node) << field(Index{0})
+          << field(reduced.T(i, j));
+    out << '\n';
+  }
+}
+
+// Fields of SPOINT have eight columns, and Nastran takes no larger number.
+void require_numbers(const std::vector<ReducedRow>& rows) {
+  for (const ReducedRow& row : rows)
+    if (row.node > largest_number)
+      throw InputError("node " + std::to_string(row.node) +
+                       " found, but Nastran's numbers end at " + std::to_string(largest_number) +
+                       (row.dof == 0 ? ": give a lower --first-modal-node"
+                                     : ": renumber the mesh, or export matrix-market or op4"));
+}
+
 }  // namespace
 
 void write_dmig(const ReducedMatrices& reduced, std::ostream& out) {
-  out << "$ A Craig-Bampton superelement: K2GG = KAAX, M2GG = MAAX in the case control section.\n"
+  require_numbers(reduced.rows);
+  require_numbers(reduced.interface);
+  out << "$ A superelement of cbr: K2GG = KAAX, M2GG = MAAX"
+      << (reduced.T.size() > 0 ? ", MPC = 1" : "") << " in the case control section.\n"
       << "$ Grid points and their coordinates, and the modal coordinates: the table beside this "
          "file.\n";
   for (const ReducedRow& row : reduced.rows) {
@@ -65,6 +94,7 @@ void write_dmig(const ReducedMatrices& reduced, std::ostream& out) {
   }
   write_matrix("KAAX", reduced.K, reduced.rows, out);
   write_matrix("MAAX", reduced.M, reduced.rows, out);
+  write_equations(reduced, out);
 }
 
 }  // namespace cbr

@@ -40,19 +40,23 @@ struct ExportFile {
   // mark of their own: the table of rows must be beside them.
   std::string start;
   bool has_mark = true;
+  bool is_modal = false;  // only of bases whose interface follows modes
 };
 
 struct ExportFormat {
   std::string name;
   std::string users;  // for messages: the codes that read it
   std::vector<ExportFile> files;
+  bool takes_modal = false;  // has a form of u = T q
 };
 
 // Matrix Market, coordinate real symmetric, 17 digits: SciPy, MATLAB, Julia, Octave.
 void write_matrix_market_K(const ReducedMatrices& reduced, std::ostream& out);
 void write_matrix_market_M(const ReducedMatrices& reduced, std::ostream& out);
+void write_matrix_market_T(const ReducedMatrices& reduced, std::ostream& out);
 
-// Nastran bulk data: KAAX and MAAX in large fields (9 to 10 digits), SPOINTs for modal coordinates.
+// Nastran bulk data: KAAX and MAAX in large fields (9 to 10 digits), SPOINTs for modal coordinates;
+// u = T q as MPC cards of set 1. InputError: a number of more than eight digits.
 void write_dmig(const ReducedMatrices& reduced, std::ostream& out);
 
 // Abaqus *MATRIX INPUT text, "row node, dof, column node, dof, entry", 17 digits; modal coordinates
@@ -62,14 +66,14 @@ void write_abaqus_M(const ReducedMatrices& reduced, std::ostream& out);
 
 // CalculiX's *MATRIX ASSEMBLE, with the nodes, for files NAME.K.ccx.mtx and NAME.M.ccx.mtx of
 // Abaqus's lines. CalculiX makes room for entries by the stiffness alone: it has zeros where the
-// mass has entries.
+// mass has entries. u = T q as *EQUATION.
 inline constexpr const char *calculix_K = ".K.ccx.mtx", *calculix_M = ".M.ccx.mtx";
 void write_calculix_stiffness(const ReducedMatrices& reduced, std::ostream& out);
 void write_calculix_input(const ReducedMatrices& reduced, const std::string& name,
                           std::ostream& out);
 
-// Nastran's OUTPUT4, dense, real double precision: KAAX and MAAX; text with 17 digits, or
-// little-endian records of Fortran.
+// Nastran's OUTPUT4, dense, real double precision: KAAX and MAAX, and T as TCAX; text with 17
+// digits, or little-endian records of Fortran.
 void write_op4(const ReducedMatrices& reduced, std::ostream& out);
 void write_op4_binary(const ReducedMatrices& reduced, std::ostream& out);
 

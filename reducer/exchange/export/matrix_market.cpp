@@ -13,7 +13,7 @@ void write(const Matrix& A, const char* what, std::ostream& out) {
   Index count = 0;
   for (Index j = 0; j < A.cols(); ++j) count += (A.col(j).tail(A.rows() - j).array() != 0).count();
   out << "%%MatrixMarket matrix coordinate real symmetric\n"
-      << "% " << what << " of a Craig-Bampton superelement; rows: the table beside this file\n"
+      << "% " << what << " of a superelement of cbr; rows: the table beside this file\n"
       << A.rows() << ' ' << A.cols() << ' ' << count << '\n';
   for (Index j = 0; j < A.cols(); ++j) {
     for (Index i = j; i < A.rows(); ++i) {
@@ -27,6 +27,14 @@ void write(const Matrix& A, const char* what, std::ostream& out) {
 
 void write_matrix_market_K(const ReducedMatrices& reduced, std::ostream& out) {
   write(reduced.K, "stiffness", out);
+}
+
+void write_matrix_market_T(const ReducedMatrices& reduced, std::ostream& out) {
+  const Matrix& T = reduced.T;
+  out << "%%MatrixMarket matrix array real general\n"
+      << "% T of a superelement of cbr, u = T q; rows: NAME.interface.csv\n"
+      << T.rows() << ' ' << T.cols() << '\n';
+  for (const double value : T.reshaped()) out << format_text("%.17g\n", value);
 }
 
 void write_matrix_market_M(const ReducedMatrices& reduced, std::ostream& out) {

@@ -11,7 +11,7 @@
 namespace cbr {
 namespace {
 
-constexpr int symmetric = 6, real_double = 2, words_of_double = 2;
+constexpr int symmetric = 6, rectangular = 2, real_double = 2, words_of_double = 2;
 
 struct Column {
   Index first = 0, count = 0;  // from 0; count 0: all are 0
@@ -29,10 +29,10 @@ std::string head(Index a, Index b, Index c) {
                      static_cast<long long>(c));
 }
 
-void write_text(const char* name, const Matrix& A, std::ostream& out) {
+void write_text(const char* name, const Matrix& A, int form, std::ostream& out) {
   constexpr Index in_line = 3;
-  const auto n = static_cast<long long>(A.rows());
-  out << format_text("%8lld%8lld%8d%8d%-8s1P,3E24.16\n", n, n, symmetric, real_double, name);
+  out << format_text("%8lld%8lld%8d%8d%-8s1P,3E24.16\n", static_cast<long long>(A.cols()),
+                     static_cast<long long>(A.rows()), form, real_double, name);
   for (Index j = 0; j < A.cols(); ++j) {
     const Column column = column_of(A, j);
     if (column.count == 0) continue;
@@ -64,10 +64,11 @@ class Records {
   std::ostream& out_;
 };
 
-void write_binary(const char* name, const Matrix& A, std::ostream& out) {
+void write_binary(const char* name, const Matrix& A, int form, std::ostream& out) {
   Records records(out);
-  const auto n = static_cast<std::int32_t>(A.rows());
-  records.write({n, n, symmetric, real_double}, format_text("%-8s", name).data(), 8);
+  const auto n = static_cast<std::int32_t>(A.cols());
+  records.write({n, static_cast<std::int32_t>(A.rows()), form, real_double},
+                format_text("%-8s", name).data(), 8);
   for (Index j = 0; j < A.cols(); ++j) {
     const Column column = column_of(A, j);
     if (column.count == 0) continue;
@@ -79,16 +80,22 @@ void write_binary(const char* name, const Matrix& A, std::ostream& out) {
   records.write({n + 1, 1, words_of_double}, &last, sizeof last);
 }
 
+using Write = void (*)(const char* name, const Matrix& A, int form, std::ostream& out);
+
+void write_all(Write write, const ReducedMatrices& reduced, std::ostream& out) {
+  write("KAAX", reduced.K, symmetric, out);
+  write("MAAX", reduced.M, symmetric, out);
+  if (reduced.T.size() > 0) write("TCAX", reduced.T, rectangular, out);
+}
+
 }  // namespace
 
 void write_op4(const ReducedMatrices& reduced, std::ostream& out) {
-  write_text("KAAX", reduced.K, out);
-  write_text("MAAX", reduced.M, out);
+  write_all(write_text, reduced, out);
 }
 
 void write_op4_binary(const ReducedMatrices& reduced, std::ostream& out) {
-  write_binary("KAAX", reduced.K, out);
-  write_binary("MAAX", reduced.M, out);
+  write_all(write_binary, reduced, out);
 }
 
 }  // namespace cbr
