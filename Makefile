@@ -6,7 +6,7 @@ PRESET ?= release
 PYTHON ?= /usr/bin/python3
 export PYTHON
 
-.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features ordinary-part stress stress-table load seeds fuzz sanitize bench bench-docs bench-peers bench-contact install deb check clean test-mpi test-kernels
+.PHONY: help packages configure programs build test demo paper fig3 fig5 fig6 fig8 fig9 fig10 fig11 fig12 eqs eq18 dissimilar hertz small-features ordinary-part stress stress-table load seeds fuzz sanitize bench bench-docs bench-peers bench-contact peer-decks install deb check clean test-mpi test-kernels
 .DEFAULT_GOAL := help
 
 help:
@@ -26,6 +26,7 @@ help:
 	@echo "make bench     run time against error, reduction, skipping, small features: CSV and plots in $(BUILD)/bench (an hour, with r = 4 half an hour more; SMOKE=1: seconds)"
 	@echo "make bench-docs  the tables and plots of docs/benchmarks.md from $(BUILD)/bench"
 	@echo "make bench-peers  cbr beside the peers on PATH (CalculiX, SciPy), one thread, processor seconds (hours with CalculiX; ONLY=REGEX: some rows; LIMIT=600: seconds of a process)"
+	@echo "make peer-decks DECKS=FOLDER  tries every deck of the folder (.inp, .bdf, ...; CalculiX's are Debian's calculix-ccx-test): counts of those read and refused, each answer in $(BUILD)/peer-decks.tsv (some minutes)"
 	@echo "make bench-contact  seconds a step against contact nodes, 100 to 10 000, by phase (5 minutes)"
 	@echo "make test      packages, build, all tests"
 	@echo "make test-kernels  all tests with each set of OpenBLAS's kernels that the processor can run, one thread and two (hours; ONLY=REGEX: some)"
@@ -136,6 +137,10 @@ bench-docs:
 
 bench-peers: programs
 	$(MAKE) -C tests/benchmarks peers plots BIN=$(abspath $(BUILD))/bin BENCH=$(abspath $(BUILD))/tests/benchmarks OUT=$(abspath $(BUILD))/bench ONLY="$(ONLY)" LIMIT=$(LIMIT)
+
+DECKS ?= /usr/share/doc/calculix-ccx-test/examples/test
+peer-decks: programs
+	$(PYTHON) tests/formats/peer_decks.py $(BUILD)/bin/cbr-dyn "$(DECKS)" $(BUILD)/peer-decks.tsv
 
 bench-contact: configure
 	cmake --build $(BUILD) --parallel $(JOBS) --target bench_contact_cost

@@ -281,6 +281,7 @@ class InpReader {
   // a, b and, of Abaqus, their origin; then a rotation about one of the axes.
   void take_orientation(const Fields& fields) {
     if (!orientation_->problem.empty()) return;
+    if (fields.size() == 1 && n_lines_ == 0) return leave_orientation("of a *DISTRIBUTION");
     std::array<double, 9> x{};
     for (std::size_t i = 0; i < std::min(fields.size(), x.size()); ++i)
       if (!fields[i].empty()) x[i] = lines_.number(fields[i]);

@@ -241,6 +241,7 @@ TEST(Deck, engineeringConstantsThatAreOfNoUseAreNamed) {
            {elastic + good + "*ORIENTATION, NAME=O\n1,0,0,0,1,0\n3, 45\n",
             "with a rotation about one of its axes"},
            {elastic + good + "*ORIENTATION, NAME=O\n1, 0, 0\n", "six numbers"},
+           {elastic + good + "*ORIENTATION, NAME=O\nDI\n", "of a *DISTRIBUTION"},
            {elastic + good, "there is no *ORIENTATION 'O'"}}) {
     const auto deck = put(folder, "box.inp", deck_text(box, "C3D8", material + section));
     const std::string message = message_of([&] { answers(deck); });
