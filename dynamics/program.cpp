@@ -115,9 +115,11 @@ class Run {
                          begun_at_ / built_.simulation.plan.end);
     options.on_progress = [&](double fraction) { progress.at(fraction); };
     RunProgress statics(report_, "statics", built_.simulation.plan.end);
-    options.on_load_step = [&](Index done, Index all) {
+    options.on_load_step = [&](Index done, Index all, Index iteration) {
       statics.at(static_cast<double>(done) / static_cast<double>(all),
-                 "load step " + std::to_string(done) + " of " + std::to_string(all));
+                 "load step " + std::to_string(done + (iteration > 0)) + " of " +
+                     std::to_string(all) +
+                     (iteration > 0 ? ", iteration " + std::to_string(iteration) : ""));
     };
     if (!scene_.output.fields.empty()) {
       fields_ = std::make_unique<FieldWriter>(scene_, built_, results_, report_, inputs_.hash,

@@ -95,6 +95,27 @@ void print_times(const Hdf5Reader& file, const std::string& dataset, std::ostrea
   out << '\n';
 }
 
+std::string frequencies_text(const Vector& hz) {
+  constexpr Index most = 10;
+  std::string text;
+  for (Index i = 0; i < std::min(hz.size(), most); ++i)
+    text += (i > 0 ? ", " : "") + format_text("%.6g", hz(i));
+  return text + (hz.size() > most ? format_text(", ..., %.6g Hz", hz(hz.size() - 1)) : " Hz");
+}
+
+// Those of modes, since 1.4, are shapes.
+void print_fields(const Hdf5Reader& file, std::ostream& out) {
+  if (!file.has("/frequency_hz")) return print_times(file, "/times", out);
+  const Vector hz = file.read_vector("/frequency_hz");
+  out << "  modes        " << hz.size() << ": " << frequencies_text(hz) << '\n';
+}
+
+void print_modes(const Hdf5Reader& file, std::ostream& out) {
+  for (const std::string& name : file.children("/instances"))
+    out << "  modes        " << name << ": "
+        << frequencies_text(file.read_vector("/instances/" + name + "/frequency_hz")) << '\n';
+}
+
 // Results since 1.8 have those of the run.
 void print_warnings(const Hdf5Reader& file, std::ostream& out) {
   if (!file.has_attribute("/", "warnings")) return;
@@ -155,12 +176,8 @@ const Kind kinds[] = {
     {superelement_group_format, "a group of superelements that share nodes", print_group},
     {"cbr-results", "results of a run", print_results},
     {"cbr-checkpoint", "a checkpoint of a run", print_checkpoint},
-    {"cbr-fields", "fields of a run (open the .xdmf beside it)",
-     [](const auto& file, auto& out) { print_times(file, "/times", out); }},
-    {"cbr-modes", "modes of a scene",
-     [](const auto& file, auto& out) {
-       print_children(file, "  instances    ", "/instances", out);
-     }},
+    {"cbr-fields", "fields (open the .xdmf beside it)", print_fields},
+    {"cbr-modes", "modes of a scene", print_modes},
     {"cbr-sweep", "harmonic response of a scene", [](const auto& file, auto& out) {
        print_children(file, "  surfaces     ", "/surfaces", out);
      }}};

@@ -57,7 +57,7 @@ FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built,
 
 void FieldWriter::start(const std::string& run_hash) {
   heavy_ = std::make_unique<Hdf5Writer>(heavy_file_);
-  heavy_->start("cbr-fields", "1.3", "cbr-dyn");
+  heavy_->start("cbr-fields", "1.4", "cbr-dyn");
   if (!run_hash.empty()) heavy_->attribute("/", "run_hash", run_hash);
   write_grids();
 }
@@ -329,15 +329,16 @@ void FieldWriter::add_stresses(const std::string& group, const std::string& fiel
   }
 }
 
-void FieldWriter::commit() {
-  if (format_ == FieldFormat::xdmf) return commit_xdmf();
+void FieldWriter::commit(const std::vector<double>& frequency_hz) {
+  if (format_ == FieldFormat::xdmf) return commit_xdmf(frequency_hz);
   heavy_->use_and_remove([&](const std::filesystem::path& file) {
     write_exodus_fields(file, times_, grids_, fields_, shown_);
   });
 }
 
-void FieldWriter::commit_xdmf() {
+void FieldWriter::commit_xdmf(const std::vector<double>& frequency_hz) {
   heavy_->write("/times", times_);
+  if (!frequency_hz.empty()) heavy_->write("/frequency_hz", frequency_hz);
   heavy_->commit();
   TemporaryFile temporary(shown_);
   errno = 0;

@@ -37,7 +37,8 @@ class FieldWriter {
   const std::vector<double>& times() const { return times_; }
   Index digest() const { return heavy_->digest(); }  // of all data written so far
   void save(const std::filesystem::path& file);      // a complete file of the data so far
-  void commit();                                     // RunError for disk errors
+  // RunError for disk errors. frequency_hz: of modes, a step each
+  void commit(const std::vector<double>& frequency_hz = {});
   const std::filesystem::path& file() const { return shown_; }  // the file for viewers
 
  private:
@@ -58,7 +59,7 @@ class FieldWriter {
   void add_stresses(const std::string& group, const std::string& field, const FieldGrid& grid,
                     const Matrix& stress, double t);
   void write_grids();
-  void commit_xdmf();
+  void commit_xdmf(const std::vector<double>& frequency_hz);
   bool wanted(const std::string& field) const;
   bool shares_points(std::size_t grid) const;  // with the previous grid
 

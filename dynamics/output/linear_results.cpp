@@ -61,19 +61,20 @@ void write_modes(const std::filesystem::path& path, SceneModes& modes, Report& r
   Hdf5Writer file(path);
   file.start("cbr-modes", "1.1", "cbr-dyn");
   FieldWriter fields(modes.scene->scene, modes.scene->built, path, report);
-  double number = 0;
+  std::vector<double> frequency_hz;  // of each step
   for (const InstanceModes& of : modes.instances) {
     file.write("/instances/" + of.instance + "/frequency_hz", of.frequency_hz);
     file.write("/instances/" + of.instance + "/damping_ratio", of.damping_ratio);
     std::vector<Index> steps;
     for (Index j = 0; j < of.frequency_hz.size(); ++j) {
       show(modes, of, j);
-      steps.push_back(static_cast<Index>(number));
-      fields.add(++number);
+      steps.push_back(static_cast<Index>(frequency_hz.size()));
+      frequency_hz.push_back(of.frequency_hz(j));
+      fields.add(static_cast<double>(frequency_hz.size()));
     }
     file.write("/instances/" + of.instance + "/field_step", steps);
   }
-  fields.commit();
+  fields.commit(frequency_hz);
   file.commit();
 }
 

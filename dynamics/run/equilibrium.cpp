@@ -170,6 +170,7 @@ double Equilibrium::iterate(double t, double share) {
                      "reach?");
     note_closed();
     if (is_done(change)) break;
+    if (on_iteration) on_iteration(iteration_);
     if (iteration_ < new_searches) recall();
   }
   for (auto& body : sim_.bodies) body->end_load_step();

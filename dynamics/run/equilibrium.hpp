@@ -41,6 +41,8 @@ class Equilibrium {
   void start_motion(double h);
   void keep_state(StateArchive& archive);  // between load steps
 
+  std::function<void(Index iteration)> on_iteration;  // after each, within a load step
+
  private:
   static constexpr Index most_iterations = 100;  // of a load step
   // A pretension as a body of one node, whose position is the pull along the normal. With a given

@@ -15,8 +15,9 @@ struct RunOptions {
   bool jumps = true;
   std::function<void(Index step, double t)> on_output;  // with all bodies at that time
   std::function<void(double fraction)> on_progress;     // occasionally
-  // statics: after each load step, including those before time 0
-  std::function<void(Index done, Index all)> on_load_step;
+  // statics: after each load step, including those before time 0, with iteration 0; and after each
+  // iteration of the next
+  std::function<void(Index done, Index all, Index iteration)> on_load_step;
   // After each step except the last: whether to end the run, with the results so far.
   std::function<bool()> is_to_end;
   // After each step except the last: whether to call `on_checkpoint` with the state for a bitwise

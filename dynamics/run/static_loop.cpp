@@ -21,6 +21,7 @@ class StaticLoop {
         moving_(simulation.bodies.size(), 0) {
     outcome_.start(sim_);
     equilibrium_.emplace(sim_, state_, outcome_);
+    equilibrium_->on_iteration = [this](Index iteration) { tell_load_steps(iteration); };
   }
 
   RunResult run() {
@@ -28,16 +29,19 @@ class StaticLoop {
     if (options_.restart) {
       keep_state(*options_.restart);
       options_.restart->finish();
+      loaded_ = sim_.preload + 1 + step_;
       for (ContactBody& contact : state_.bodies) contact.response_h = 0;
     } else {
       if (sim_.preload > 0 && !equilibrium_->preload(sim_.preload, result, [this](Index done) {
-            tell_load_steps(done);
+            loaded_ = done;
+            tell_load_steps();
           })) {
         record();
         return std::move(result);
       }
       equilibrium_->step(0);
-      tell_load_steps(sim_.preload + 1);
+      loaded_ = sim_.preload + 1;
+      tell_load_steps();
       record();
     }
     const TimePlan& plan = sim_.plan;
@@ -48,7 +52,8 @@ class StaticLoop {
       ++result.steps;
       count();
       if (plan.is_output(step_)) record();
-      tell_load_steps(sim_.preload + 1 + step_);
+      ++loaded_;
+      tell_load_steps();
       if (step_ < plan.n_steps() && options_.ends_here(step_, plan.time(step_), keep, result))
         break;
     }
@@ -57,8 +62,9 @@ class StaticLoop {
   }
 
  private:
-  void tell_load_steps(Index done) const {
-    if (options_.on_load_step) options_.on_load_step(done, sim_.preload + 1 + sim_.plan.n_steps());
+  void tell_load_steps(Index iteration = 0) const {
+    if (options_.on_load_step)
+      options_.on_load_step(loaded_, sim_.preload + 1 + sim_.plan.n_steps(), iteration);
   }
 
   // False: no equilibrium. Earlier load steps are kept.
@@ -106,7 +112,7 @@ class StaticLoop {
   Recorder recorder_;
   std::vector<char> moving_;
   std::optional<Equilibrium> equilibrium_;
-  Index step_ = 0;
+  Index step_ = 0, loaded_ = 0;  // loaded_: load steps done, with those before time 0
 };
 
 }  // namespace

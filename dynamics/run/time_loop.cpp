@@ -81,9 +81,15 @@ class TimeLoop {
   // A restarted run has the state after the preload.
   void preload() {
     Equilibrium equilibrium(sim_, state_, outcome_);
+    Index loaded = 0;
+    if (options_.on_load_step)
+      equilibrium.on_iteration = [&](Index iteration) {
+        options_.on_load_step(loaded, sim_.preload, iteration);
+      };
     if (!options_.restart &&
-        !equilibrium.preload(sim_.preload, recorder_.result(), [this](Index done) {
-          if (options_.on_load_step) options_.on_load_step(done, sim_.preload);
+        !equilibrium.preload(sim_.preload, recorder_.result(), [&](Index done) {
+          loaded = done;
+          if (equilibrium.on_iteration) equilibrium.on_iteration(0);
         }))
       return;
     equilibrium.start_motion(plan().h);

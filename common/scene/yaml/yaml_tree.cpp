@@ -39,7 +39,8 @@ class YamlTreeBuilder final : public YAML::EventHandler {
                 const std::string& value) override {
     if (const std::string problem = name_problem(value); !problem.empty())
       throw InputError(tree_.name_ + ":" + std::to_string(mark.line + 1) + ": '" +
-                       printable_name(value) + "' " + problem + ": write it in UTF-8, without it");
+                       printable_name(value) + "' " + problem +
+                       ": write it in UTF-8, without control characters");
     YamlTree::Value& scalar = add(YamlTree::Kind::scalar, mark, anchor);
     scalar.quoted = tag == "!";
     scalar.first = tree_.text_.size();

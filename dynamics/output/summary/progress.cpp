@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -11,7 +12,7 @@
 namespace cbr {
 namespace {
 
-constexpr double between_drawings = 0.1, first_line = 1;  // seconds
+constexpr double between_drawings = 0.1, first_line = 1, longest_silence = 30;  // seconds
 
 double steady_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -53,10 +54,13 @@ void RunProgress::at(double fraction, const std::string& where) {
     return;
   }
   const int tenths = static_cast<int>(std::floor(10 * fraction + 1e-9));
-  if (tenths <= told_ || tenths >= 10) return;
-  told_ = tenths;
+  const bool is_silent = elapsed - line_at_ > longest_silence;
+  if ((tenths <= told_ && !is_silent) || tenths >= 10) return;
+  told_ = std::max(told_, tenths);
   if (elapsed < first_line) return;
-  report_.line(what_ + format_text(": %d %%, ", 10 * tenths) + reached + left(fraction, elapsed));
+  line_at_ = elapsed;
+  report_.line(what_ + format_text(": %.0f %%, ", std::floor(100 * fraction + 1e-9)) + reached +
+               left(fraction, elapsed));
 }
 
 }  // namespace cbr

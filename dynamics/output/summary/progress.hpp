@@ -10,7 +10,8 @@
 namespace cbr {
 
 // On a terminal: a line that is redrawn, with time reached, per cent and time left. In a log: a
-// line at every tenth of the run, if the first tenth takes more than a second.
+// line at every tenth of the run, if the first tenth takes more than a second, and after half a
+// minute without one.
 class RunProgress {
  public:
   using Seconds = std::function<double()>;  // wall time since an arbitrary origin
@@ -31,7 +32,7 @@ class RunProgress {
   const bool is_terminal_;
   const Seconds clock_;
   const double begin_;
-  double drawn_ = -1;  // seconds since `begin_`
+  double drawn_ = -1, line_at_ = 0;  // of the last drawing and line, seconds since `begin_`
   int told_ = 0;       // tenths reported
 };
 

@@ -39,6 +39,21 @@ TEST(RunProgress, ALogGetsALineAtEveryTenth) {
       << text;
 }
 
+TEST(RunProgress, ALongLoadStepSaysItsIterations) {
+  testing::internal::CaptureStderr();
+  double now = 0;
+  Report report("cbr-test", Verbosity::normal);
+  RunProgress progress(report, "statics", 1, 0, false, [&] { return now; });
+  for (int i = 1; i <= 100; ++i) {
+    now = i;
+    progress.at(0.25, "load step 2 of 4, iteration " + std::to_string(i));
+  }
+  report.end_progress();
+  const std::string text = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(lines(text), 4) << text;  // the tenth at once, then every half minute
+  EXPECT_NE(text.find("statics: 25 %, load step 2 of 4, iteration 32,"), std::string::npos) << text;
+}
+
 TEST(RunProgress, ShortRunsAndQuietOnesSayNothing) {
   EXPECT_EQ(printed(false, 0.9), "");
   EXPECT_EQ(printed(false, 100, 0, Verbosity::quiet), "");

@@ -336,6 +336,18 @@ TEST_F(Words, InfoTellsWhatResultsAndCheckpointsAre) {
   });
   for (const char* part : {"a checkpoint", "t = 0.25 s, step 9", "--restart"})
     EXPECT_NE(checkpoint.find(part), std::string::npos) << part << "\n" << checkpoint;
+  const Vector hz = Vector::LinSpaced(12, 0, 110);
+  const std::string modes = told("cbr-modes", [&](Hdf5Writer& file) {
+    file.write("/instances/left/frequency_hz", Vector(hz.head(3)));
+  });
+  EXPECT_NE(modes.find("  modes        left: 0, 10, 20 Hz\n"), std::string::npos) << modes;
+  const std::string shapes = told("cbr-fields", [&](Hdf5Writer& file) {
+    file.write("/times", Vector(hz / 10));
+    file.write("/frequency_hz", hz);
+  });
+  EXPECT_NE(shapes.find("  modes        12: 0, 10, 20, 30, 40, 50, 60, 70, 80, 90, ..., 110 Hz\n"),
+            std::string::npos)
+      << shapes;
   EXPECT_THROW(told("other", [](Hdf5Writer&) {}), InputError);
 }
 
