@@ -14,7 +14,7 @@ BOUNDS = {
     "lines of product": 84470,
     "files of product": 638,
     "lines of python/cbr": 1950,
-    "lines of tests": 63963,
+    "lines of tests": 64009,
     "files of tests": 389,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 353,
