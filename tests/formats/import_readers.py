@@ -166,6 +166,20 @@ def check_external(folder):
             assert words in error and error.count("\n") == 1, (words, error)
         (folder / f"part{table}").unlink()
     (folder / "part.op4").unlink()
+    # EXTSEOUT(EXTBULK,DMIGPCH): matrices in the .pch, too
+    entry = "{:8s}{:16d}{:16d}{:16.9E}"
+    ids = [(n, dof) for n in nodes for dof in (1, 2, 3)] + [(n, 0) for n in modal]
+    for name, A in (("KAAX", matrices["KAA"]), ("MAAX", matrices["MAA"]), ("BAAX", np.eye(1)), ("VAX", np.eye(2))):
+        pch.append(f"DMIG    {name:8s}       0       6       2       0")
+        for j in range(len(A)):
+            pch.append("DMIG*   {:16s}{:16d}{:16d}".format(name, *ids[j]))
+            pch += [entry.format("*", *ids[i], A[i, j]).replace("E", "D") for i in range(j, len(A)) if A[i, j]]
+    (folder / "part.pch").write_text("\n".join(pch) + "\n")
+    assert "damping matrix is left out" in reduce(folder, "--import", "dmig", "part.pch", "--faces", "box.msh", "-o", "part.cbr.h5")
+    back = contents(folder / "part.cbr.h5")
+    for key in ("matrices/K_cc", "matrices/M_cc", "matrices/M_kc", "matrices/eigenvalues"):
+        np.testing.assert_allclose(back[key], original[key], rtol=0, atol=1e-9 * np.abs(original[key]).max(), err_msg=key)
+    (folder / "part.pch").unlink()
     (folder / "part.cbr.h5").unlink()
 
 

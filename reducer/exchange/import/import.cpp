@@ -128,8 +128,9 @@ struct ImportFormat {
   std::string users;                  // for messages
   std::vector<std::string> suffixes;  // of the files that are read; none: one file of any name
   ReducedMatrices (*read)(const std::filesystem::path& file_or_stem);
-  bool needs_mesh = false;      // its files have no coordinates
-  bool takes_external = false;  // files of Nastran's EXTSEOUT instead of the table
+  bool needs_mesh = false;  // its files have no coordinates
+  // of Nastran's EXTSEOUT, instead of the table; then these are read
+  std::vector<std::string> external = {};
 };
 
 // A new format is one entry here and a file of its own.
@@ -137,8 +138,8 @@ const std::vector<ImportFormat>& formats() {
   static const std::vector<ImportFormat> all = {
       {"sierra", "Sierra/SD", {}, read_sierra},
       {"matrix-market", "Matrix Market", {".K.mtx", ".M.mtx", ".dofs.csv"}, read_matrix_market},
-      {"dmig", "Nastran DMIG", {".dmig", ".dofs.csv"}, read_dmig},
-      {"op4", "Nastran OUTPUT4", {".op4", ".dofs.csv"}, read_op4, false, true},
+      {"dmig", "Nastran DMIG", {".dmig", ".dofs.csv"}, read_dmig, false, {".pch"}},
+      {"op4", "Nastran OUTPUT4", {".op4", ".dofs.csv"}, read_op4, false, {".op4", ".pch", ".asm"}},
       {"abaqus",
        "Abaqus *MATRIX INPUT",
        {".K.abaqus.mtx", ".M.abaqus.mtx", ".dofs.csv"},
@@ -167,8 +168,7 @@ const ImportFormat& format_named(const std::string& name) {
 // The names' common beginning, from one of the names.
 std::string stem_of(const ImportFormat& format, const std::string& file) {
   std::vector<std::string> suffixes = format.suffixes;
-  if (format.takes_external)
-    suffixes.insert(suffixes.end(), external_suffixes.begin(), external_suffixes.end());
+  suffixes.insert(suffixes.end(), format.external.begin(), format.external.end());
   for (const std::string& suffix : suffixes) {
     if (file.ends_with(suffix)) return file.substr(0, file.size() - suffix.size());
   }
@@ -189,21 +189,18 @@ ImportedMatrices import_matrices(const std::string& name, const std::filesystem:
   ImportedMatrices imported;
   imported.users = format.users;
   imported.needs_mesh = format.needs_mesh;
-  std::vector<std::string> suffixes = format.suffixes;
-  if (format.takes_external && !std::filesystem::exists(stem + suffixes.back())) {
-    const std::string table = suffixes.back();
-    suffixes.pop_back();
-    for (const char* suffix : external_suffixes)
-      if (std::filesystem::exists(stem + suffix)) suffixes.emplace_back(suffix);
-    if (suffixes.size() == format.suffixes.size() - 1) suffixes.push_back(table);
-  }
+  std::vector<std::string> suffixes = format.suffixes, external;
+  for (const std::string& suffix : format.external)
+    if (std::filesystem::exists(stem + suffix)) external.push_back(suffix);
+  const bool has_table = !suffixes.empty() && std::filesystem::exists(stem + suffixes.back());
+  if (!has_table && !external.empty() && external.back() != suffixes.front()) suffixes = external;
   for (const std::string& suffix : suffixes) {
     imported.files.emplace_back(stem + suffix);
     if (!std::filesystem::exists(imported.files.back()))
       throw InputError(imported.files.back().string() + ": no such file: --import " + name +
                        " reads " + join(format.suffixes) + " of one name" +
                        (format.needs_mesh ? "" : ", as --export writes them") +
-                       (format.takes_external ? ", or Nastran's .op4 with .pch or .asm" : ""));
+                       (format.external.empty() ? "" : ", or files of Nastran's EXTSEOUT"));
   }
   if (format.suffixes.empty()) imported.files.push_back(file);
   imported.reduced = format.read(stem);

@@ -64,11 +64,16 @@ struct NastranRows {
 // InputError with file and line: no card has the order of the rows, another reference system than
 // the basic one, a node without a place.
 NastranRows read_nastran_rows(const std::filesystem::path& stem);
+// K := T K T^T, and M, where T has a node's axes on the diagonal. InputError: a node of axes whose
+// rows are not x, y, z.
+void turn_to_basic(const std::map<Index, Matrix3>& axes, const std::string& where,
+                   ReducedMatrices& reduced);
 
 // The matrices of --export in the order of their rows, n x n. `stem`: the files' names up to their
 // suffixes. InputError with file and line: a missing or damaged file, an entry of no row or twice,
 // another kind of matrix.
 ReducedMatrices read_matrix_market(const std::filesystem::path& stem);
+// Also of EXTSEOUT(EXTBULK,DMIGPCH): NAME.pch with rows, K and M.
 ReducedMatrices read_dmig(const std::filesystem::path& stem);
 ReducedMatrices read_abaqus(const std::filesystem::path& stem);
 ReducedMatrices read_calculix(const std::filesystem::path& stem);

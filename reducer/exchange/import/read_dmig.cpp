@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Nastran's DMIG as --export writes it: a header in fields of 8 columns, then columns of the matrix
-// in fields of 16.
+// Nastran's DMIG as --export and EXTSEOUT write it: a header in fields of 8 columns, then columns
+// of the matrix in fields of 16.
 #include <map>
 #include <optional>
 #include <string>
@@ -18,14 +18,20 @@ std::string_view field(const std::string& line, std::size_t first, std::size_t w
 
 class DmigReader {
  public:
-  DmigReader(const std::filesystem::path& file, const std::vector<ReducedRow>& rows)
-      : lines_(file), places_(rows, 0), n_(static_cast<Index>(rows.size())) {}
+  // is_external: other cards and matrices are passed over.
+  DmigReader(const std::filesystem::path& file, const std::vector<ReducedRow>& rows,
+             bool is_external)
+      : lines_(file),
+        places_(rows, 0),
+        n_(static_cast<Index>(rows.size())),
+        is_external_(is_external) {}
 
   void read(ReducedMatrices& reduced) {
     while (lines_.next()) take();
     for (const auto& matrix : {&K_, &M_})
       if (!*matrix) lines_.fail(std::string("has no matrix ") + (matrix == &K_ ? "KAAX" : "MAAX"));
     require_all();
+    reduced.has_damping = has_damping_;
     reduced.K = K_->take();
     reduced.M = M_->take();
   }
@@ -36,6 +42,7 @@ class DmigReader {
     const std::string_view card = field(line, 0, 8);
     if (card.starts_with("$")) return note(line);
     if (card.empty() || card == "SPOINT") return;
+    if (is_external_ && passes_over(card, line)) return;
     // A point's place, on two lines; the table has it too
     if (card == "GRID*" || (card == "*" && in_grid_)) {
       in_grid_ = card == "GRID*";
@@ -57,6 +64,15 @@ class DmigReader {
       lines_.fail("'" + std::string(card) +
                   "' found, expected DMIG in large fields (DMIG*, *), SPOINT or a comment ($)");
     }
+  }
+
+  // With the lines that continue it
+  bool passes_over(std::string_view card, const std::string& line) {
+    if (card == "*") return passes_over_;
+    const std::string_view name = field(line, 8, card == "DMIG" ? 8 : 16);
+    passes_over_ = !card.starts_with("DMIG") || (name != "KAAX" && name != "MAAX");
+    has_damping_ |= card == "DMIG*" && (name == "BAAX" || name == "K4AAX");
+    return passes_over_;
   }
 
   // "$ KAAX: 1234 entries", which --export writes since 0.1.0; other files have none
@@ -105,7 +121,8 @@ class DmigReader {
   std::optional<SymmetricEntries> K_, M_;
   std::optional<SymmetricEntries>* matrix_ = nullptr;
   Index column_ = -1;
-  bool in_grid_ = false;
+  bool in_grid_ = false, passes_over_ = false, has_damping_ = false;
+  const bool is_external_;
   std::map<std::string, Index> n_wanted_, n_found_;
 };
 
@@ -113,8 +130,16 @@ class DmigReader {
 
 ReducedMatrices read_dmig(const std::filesystem::path& stem) {
   ReducedMatrices reduced;
-  reduced.rows = read_rows(stem.string() + ".dofs.csv");
-  DmigReader(stem.string() + ".dmig", reduced.rows).read(reduced);
+  const std::filesystem::path table = stem.string() + ".dofs.csv", pch = stem.string() + ".pch";
+  if (std::filesystem::exists(table)) {
+    reduced.rows = read_rows(table);
+    DmigReader(stem.string() + ".dmig", reduced.rows, false).read(reduced);
+    return reduced;
+  }
+  const NastranRows external = read_nastran_rows(stem);
+  reduced.rows = external.rows;
+  DmigReader(pch, reduced.rows, true).read(reduced);
+  turn_to_basic(external.axes, pch.string(), reduced);
   return reduced;
 }
 

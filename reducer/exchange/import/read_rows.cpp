@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
 #include <map>
 #include <set>
 #include <utility>
@@ -179,6 +180,30 @@ NastranRows read_nastran_rows(const std::filesystem::path& stem) {
   throw InputError(stem.string() +
                    ".pch, .asm: no EXTRN and no SECONCT names the rows of the matrices: write them "
                    "with EXTSEOUT(ASMBULK,EXTBULK,MATOP4)");
+}
+
+void turn_to_basic(const std::map<Index, Matrix3>& axes, const std::string& where,
+                   ReducedMatrices& reduced) {
+  for (const auto& axis : axes)
+    for (const int first : {1, 4}) {
+      const Index node = axis.first;
+      const Matrix3& T = axis.second;
+      const auto is_of = [&](const ReducedRow& row) {
+        return row.node == node && row.dof >= first && row.dof < first + 3;
+      };
+      const auto at = std::find_if(reduced.rows.begin(), reduced.rows.end(), is_of);
+      const auto count = std::count_if(at, reduced.rows.end(), is_of);
+      if (count != 0 && (count != 3 || !std::all_of(at, at + 3, is_of)))
+        throw InputError(where + ": GRID " + std::to_string(node) +
+                         " has a system of its own and not all its dofs x, y, z: retain 123 or "
+                         "123456 of it");
+      if (count == 0) continue;
+      const auto i = static_cast<Index>(at - reduced.rows.begin());
+      for (Matrix* A : {&reduced.K, &reduced.M}) {
+        A->middleRows(i, 3) = (T * A->middleRows(i, 3)).eval();
+        A->middleCols(i, 3) = (A->middleCols(i, 3) * T.transpose()).eval();
+      }
+    }
 }
 
 }  // namespace cbr
