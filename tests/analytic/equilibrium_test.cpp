@@ -215,6 +215,29 @@ TEST_P(Statics, FrictionHoldsABar) {
       << text;
 }
 
+// A support leaves it free along the wall, where at most round-off acts on it: that motion takes no
+// gap away, and has no force to balance.
+TEST_P(Statics, ABarIsFreeAlongAWall) {
+  Bars bars{.kind = GetParam(), .history = "[a.x_max]"};
+  bars.instances = instance(bars, "a", 0);
+  bars.walls = "  floor: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}\n";
+  const std::string fixed = "  - {instance: a, nodes: x_max, fix: [x]";
+  bars.boundary = fixed + "}\n";
+  bars.loads = "  - {instance: a, surface: x_min, pressure: 0.01}\n";  // away from the wall
+  bars.contact = "  - {between: [a.x_min, floor]}\n";
+  const Ran lifted = folder.run(yaml(bars));
+  EXPECT_LT(last(lifted.result.pairs[0]["force"]), 1e-12);
+  EXPECT_NEAR(lifted.result.total.back(), 0.5 * 0.01 * 0.01 / EA, 1e-14);
+  bars.boundary =
+      fixed + ", displacement: [-0.01, 0, 0], history: {time: [0, 1], value: [0, 1]}}\n";
+  bars.loads.clear();
+  for (const std::string friction : {"0", "0.1"}) {
+    bars.contact = "  - {between: [a.x_min, floor], friction: " + friction + "}\n";
+    EXPECT_NEAR(last(folder.run(yaml(bars)).result.pairs[0]["force"]), 0.01 * EA, 1e-11)
+        << friction;
+  }
+}
+
 // What has been found before a load step fails is not lost.
 TEST_P(Statics, LoadStepsBeforeAFailureAreKept) {
   Bars bars{.kind = GetParam(), .history = "[a.x_min]"};

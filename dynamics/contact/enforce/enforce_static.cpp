@@ -11,11 +11,14 @@
 namespace cbr {
 namespace {
 
-// Gaps per unit motion of `floating`: a column for each of `columns`, ascending.
+// Gaps per unit motion of `floating`: a column for each of `columns`, ascending. Round-off of R is
+// none: it would close gaps by motions without end along a face.
 Matrix floating_rows(const ContactList& list, const std::vector<PointLaw>& laws,
                      const std::vector<FloatingNodes>& floating,
                      const std::vector<Index>& columns) {
+  constexpr double round_off = 1e-11;
   Matrix B = Matrix::Zero(first_rows(laws).back(), static_cast<Index>(columns.size()));
+  Vector sizes = Vector::Zero(B.cols());  // largest displacement of each motion
   Index row = 0;
   for (std::size_t i = 0; i < list.points.size(); ++i) {
     const ContactPoint& point = list.points[i];
@@ -26,12 +29,15 @@ Matrix floating_rows(const ContactList& list, const std::vector<PointLaw>& laws,
       if (body.R.cols() == 0) continue;
       const Index at =
           std::lower_bound(columns.begin(), columns.end(), body.first) - columns.begin();
-      B.block(row, at, n, body.R.cols()) +=
-          term.coefficient * point.frame.topRows(n) * body.R.middleRows(3 * term.node, 3);
+      const auto R = body.R.middleRows(3 * term.node, 3);
+      B.block(row, at, n, R.cols()) += term.coefficient * point.frame.topRows(n) * R;
+      auto size = sizes.segment(at, R.cols());
+      size = size.cwiseMax(R.colwise().norm().transpose());
     }
     row += n;
   }
-  return B;
+  return (B.array().abs() > round_off * sizes.transpose().array().replicate(B.rows(), 1))
+      .select(B, 0);
 }
 
 // Relative violation; 0 below the round-off of gaps, which are differences of positions.
@@ -60,7 +66,8 @@ class StaticStep {
   // p and gap: of the points.
   StaticSystem::Solution solve(const ContactUnknowns& unknowns, const Vector& g, const Vector& c,
                                const Vector& guess, double largest_force, double most_way) {
-    form(unknowns, c, most_way);
+    form(unknowns, std::max(largest_force, c.size() > 0 ? c.lpNorm<Eigen::Infinity>() : 0),
+         most_way);
     if (!unknowns.reduced) return memory_.system->solve(g, c, guess, largest_force, most_way);
     StaticSystem::Solution solution = memory_.system->solve(
         unknowns.A.transpose() * g, c, unknowns.guess(laws_, guess), largest_force, most_way);
@@ -124,7 +131,8 @@ class StaticStep {
   }
 
  private:
-  void form(const ContactUnknowns& unknowns, const Vector& c, double most_way) {
+  // Forces of unresisted motions are round-off: `force`, the largest, scales their springs
+  void form(const ContactUnknowns& unknowns, double force, double most_way) {
     if (memory_.system && memory_.columns == columns_ && laws_ == memory_.laws &&
         same_rows(list_, memory_.rows, laws_, 0) && same_matrix(unknowns.A, memory_.A))
       return;
@@ -134,7 +142,6 @@ class StaticStep {
     Matrix B = floating_rows(list_, laws_, floating_, columns_);
     if (A != nullptr) B = (A->transpose() * B).eval();
     memory_.diagonal = W.dense.diagonal();
-    const double force = c.size() > 0 ? c.lpNorm<Eigen::Infinity>() : 0;
     memory_.system = std::make_shared<StaticSystem>(std::move(W.dense), std::move(B),
                                                     unknowns.reduced ? unknowns.laws : laws_,
                                                     force > 0 ? rigid_share * most_way / force : 1);

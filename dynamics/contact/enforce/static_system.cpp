@@ -64,6 +64,13 @@ double floating_share(const Matrix& W, const Matrix& B, double other) {
 
 double largest(const Vector& x) { return x.size() > 0 ? x.lpNorm<Eigen::Infinity>() : 0; }
 
+// The force to which the balance of motions B is relative: contact along a motion that friction
+// alone resists may have a force of round-off, but not the pressure behind it.
+double acting_force(const Matrix& B, const Vector& p, double force) {
+  return p.size() > 0 && B.size() > 0 ? std::max(force, B.cwiseAbs().maxCoeff() * p.lpNorm<1>())
+                                      : force;
+}
+
 // A x, also for an A without rows, which BLAS rejects.
 Vector times(const Matrix& A, const Vector& x) {
   return A.size() > 0 ? Vector(A * x) : Vector::Zero(A.rows());
@@ -210,8 +217,7 @@ StaticSystem::Solution StaticSystem::solve(const Vector& g, const Vector& c, con
   solution.gap = g_1 + W_ * solution.p + B_ * solution.moves;
   solution.left = c + B_.transpose() * solution.p;
   solution.moves += rho_ * solution.left;
-  solution.largest_force =
-      std::max(solution.largest_force, largest(B_.cwiseAbs().transpose() * solution.p.cwiseAbs()));
+  solution.largest_force = acting_force(B_, solution.p, solution.largest_force);
   const Vector of_contact =
       law_violations(problem_, solution.p(contact_rows_), solution.gap(contact_rows_));
   solution.scale = largest(g);
@@ -269,6 +275,7 @@ StaticSystem::Step StaticSystem::step(const SetBases& bases, const Vector& g, co
 Vector StaticSystem::without_drift(const SetBases& bases, const Vector& moved) const {
   if (moved.size() == 0 || bases.size() == 0) return moved;
   const Matrix B = bases.R.transpose() * Matrix(contact_B_(bases.rows, Eigen::all));
+  if (B.isZero(0)) return Vector::Zero(moved.size());
   const Matrix A = B.transpose() * B;
   Matrix shifted = A;
   shifted.diagonal().array() += no_grip * A.diagonal().maxCoeff();
@@ -293,7 +300,7 @@ bool StaticSystem::newton(const Vector& g, const Vector& c, double most_way, dou
   const auto tolerance_of = [&](const Vector& answer) {
     return aim * std::max(largest(g), largest(answer)) + gap_round_off(problem_, p);
   };
-  if (largest(c + contact_B_.transpose() * p) <= balanced * force &&
+  if (largest(c + contact_B_.transpose() * p) <= balanced * acting_force(contact_B_, p, force) &&
       largest(law_violations(problem_, p, gap)) <= tolerance_of(gap - g))
     return true;
   double merit = HUGE_VAL, least = HUGE_VAL, before = HUGE_VAL, left_before = HUGE_VAL;
@@ -315,12 +322,12 @@ bool StaticSystem::newton(const Vector& g, const Vector& c, double most_way, dou
     const Vector answer = problem_.W.dense * to.p, to_gap = g + answer + contact_B_ * to.moved,
                  left = c + contact_B_.transpose() * to.p;
     const double violation = largest(law_violations(problem_, to.p, to_gap)),
-                 tolerance = tolerance_of(answer);
+                 tolerance = tolerance_of(answer), acts = acting_force(contact_B_, to.p, force);
     const bool stands =
         violation <= tolerance || (violation <= near * tolerance && violation > 0.3 * before);
     const bool balances =
-        largest(left) <= balanced * force ||
-        (largest(left) <= nearly_balanced * force && largest(left) > 0.3 * left_before);
+        largest(left) <= balanced * acts ||
+        (largest(left) <= nearly_balanced * acts && largest(left) > 0.3 * left_before);
     before = violation;
     left_before = largest(left);
     if (stands && balances) {
@@ -366,7 +373,7 @@ Vector StaticSystem::search(const Vector& g, const Vector& c, double most_way, d
     const ContactSolution of_contact = solver.solve(g + B * (moved + spring_ * c), p);
     p = of_contact.p;
     const Vector r = c + B.transpose() * p, here = moved + spring_ * r;
-    const double acts = std::max(force, largest(B.cwiseAbs().transpose() * p.cwiseAbs()));
+    const double acts = acting_force(B, p, force);
     const bool is_far = largest(times(N_, moved)) >= (1 - 1e-9) * most_way;
     if (!(largest(r) > balanced * acts))
       return without_drift(set_bases(*sprung_, contact_set(*sprung_, p, of_contact.gap)), here);
