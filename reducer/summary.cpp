@@ -9,6 +9,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
+#include "reducer/estimate/estimate.hpp"
 #include "reducer/judgement/accuracy.hpp"
 #include "reducer/judgement/summary_text.hpp"
 
@@ -261,19 +262,17 @@ std::string way_text(const ReductionFigures& figures) {
   return "constraint modes in panels of " + std::to_string(figures.panel) + " columns";
 }
 
-// A step in contact reads the rows of all coordinates at the faces, one of the mesh its stiffness
-// (StepBytes of reducer/estimate). Steps of both have about the same length where faces are most of
-// the mesh.
 void warn_of_cost(const Superelement& s, const ReductionFigures& figures, const ComponentMass& mass,
                   Report& report) {
-  constexpr double much = 2.5;
   std::set<Index> nodes;
   for (const Surface& surface : s.surfaces)
     if (mass.touching.count(surface.name) > 0)
       for (const Index node : surface_nodes(surface)) nodes.insert(node);
-  const double own = 8 * static_cast<double>(s.n()) * (8 + 3 * static_cast<double>(nodes.size())),
-               mesh = 76.0 / 9 * figures.mesh_nonzeros + 64 * static_cast<double>(figures.n_dofs);
-  if (!s.has_interface_matrices() || figures.mesh_nonzeros == 0 || !(own > much * mesh)) return;
+  const double own = bytes_in_contact(static_cast<double>(s.n()),
+                                      3 * static_cast<double>(nodes.size())),
+               mesh = bytes_of_mesh(figures.mesh_nonzeros, static_cast<double>(figures.n_dofs));
+  if (!s.has_interface_matrices() || figures.mesh_nonzeros == 0 || !(own > many_bytes * mesh))
+    return;
   report.warning(
       format_text(
           "a step in contact reads %.2g times the bytes of a step of its mesh, as %zu nodes "

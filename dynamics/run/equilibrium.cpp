@@ -332,17 +332,11 @@ bool Equilibrium::takes_functions(const ContactGroup& group, std::size_t search)
 void Equilibrium::solve_group(const std::vector<Index>& pairs, const std::vector<Index>& columns,
                               Change& change) {
   // A load step is as long as many time steps: faces have rotated since the last search
-  std::vector<char> may_stand;
-  for (const Index p : pairs) {
-    ContactPair& pair = sim_.pairs[p];
-    may_stand.push_back(pair.may_stand);
-    if (iteration_ <= new_searches) pair.state().memory.standing = StandingSearch();
-    pair.may_stand |= iteration_ >= new_searches && !pair.wall;
-  }
+  for (const Index p : pairs)
+    if (iteration_ <= new_searches) sim_.pairs[p].state().memory.standing = StandingSearch();
   // Floating motions follow the search, whose reach must cover them
   const bool initial = initial_ && iteration_ <= new_searches;
-  Solved solved{collect(sim_, pairs, initial, state_, first_way()), {}};
-  for (std::size_t i = 0; i < pairs.size(); ++i) sim_.pairs[pairs[i]].may_stand = may_stand[i] != 0;
+  Solved solved{collect(sim_, pairs, initial, state_, first_way(), iteration_ >= new_searches), {}};
   ContactGroup& group = solved.group;
   for (ContactPoint& point : group.list.points) {
     for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {

@@ -452,6 +452,13 @@ double step_entries(const DomainEstimate& d) { return d.c() * (d.c() + 1) / 2 + 
 
 }  // namespace
 
+double bytes_in_contact(double n, double n_rows) { return 8 * n * (8 + n_rows); }
+
+// Blocks of nine numbers with their column
+double bytes_of_mesh(double nonzeros, double n_dofs) {
+  return 76.0 / 9 * nonzeros + 8 * 8 * n_dofs;
+}
+
 StepBytes step_bytes(const Estimate& estimate) {
   double blocks = 0;
   for (const auto& d : estimate.domains) blocks += step_entries(d);
@@ -461,21 +468,17 @@ StepBytes step_bytes(const Estimate& estimate) {
                                                            : estimate.n_joined_nodes);
   StepBytes bytes;
   bytes.exact = 8 * 8 * n;
-  bytes.exact_in_contact =
-      8 * 8 * n + 2 * 8 * n * 3 * static_cast<double>(estimate.n_interface_nodes);
+  double n_rows = 3 * static_cast<double>(estimate.n_interface_nodes), statics = 0;
   if (estimate.few_shapes) {
-    // Displacements along the forces and responses to them; the statics' factor, forward and
-    // backward
-    const auto s = static_cast<double>(estimate.few_shapes->n_static);
-    const double looked_at = s > 0 ? s : 3 * static_cast<double>(estimate.n_interface_nodes);
-    bytes.exact_in_contact =
-        8 * 8 * n + 2 * 8 * n * looked_at + 8 * estimate.few_shapes->static_nonzeros;
+    if (estimate.few_shapes->n_static > 0)
+      n_rows = static_cast<double>(estimate.few_shapes->n_static);
+    statics = 8 * estimate.few_shapes->static_nonzeros;
   }
+  bytes.exact_in_contact = bytes_in_contact(n, n_rows) + statics;
   // K_cc and M_kc of each domain, and the factor forward and backward.
   bytes.coupled = 8 * (blocks + 2 * estimate.joined_factor_nonzeros + 8 * (n + c));
   if (estimate.few_shapes) bytes.coupled = bytes.exact;
-  bytes.mesh =
-      76.0 / 9 * estimate.mesh_nonzeros + 8 * 8 * 3 * static_cast<double>(estimate.n_nodes);
+  bytes.mesh = bytes_of_mesh(estimate.mesh_nonzeros, 3 * static_cast<double>(estimate.n_nodes));
   return bytes;
 }
 

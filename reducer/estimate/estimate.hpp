@@ -127,6 +127,14 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
                   const ReductionOptions& options, const std::vector<Index>& domain,
                   Index diagonal_limit);
 
+// Bytes that one step in contact reads of a superelement in diagonal form: the state of its n
+// coordinates, and their rows at the faces. And of the mesh, by its stiffness.
+double bytes_in_contact(double n, double n_rows);
+double bytes_of_mesh(double nonzeros, double n_dofs);
+// Times those of the mesh: beyond, the mesh is likely faster where contact lasts. Steps of both
+// have about the same length where faces are most of the mesh.
+constexpr double many_bytes = 2.5;
+
 // Bytes that one step reads. In diagonal form, without contact and with the whole interface in it;
 // of central differences and Newmark, of the stored matrices; of central differences, of the full
 // mesh.

@@ -167,12 +167,12 @@ void print_first_lines(const Estimate& e, double memory, std::ostream& out) {
       << "- file: " << human_bytes(8 * e.file_nonzeros());
   if (e.has_recovery) out << ", of which recovery " << human_bytes(8 * e.recovery_nonzeros());
   const StepBytes bytes = step_bytes(e);
-  constexpr double much = 5;  // with the whole interface read twice; see warn_of_cost()
   const double step = e.has_diagonal_form || e.few_shapes ? bytes.exact_in_contact : bytes.coupled;
   out << "\n- memory while reducing: about " << human_bytes(reduction_memory(e, memory))
       << "\n- a step in contact reads " << measure(step / bytes.mesh, "times")
       << " the bytes of one of the full mesh; "
-      << (step > much * bytes.mesh ? "as: mesh is likely faster" : "steps may differ in length")
+      << (step > many_bytes * bytes.mesh ? "as: mesh is likely faster"
+                                         : "steps may differ in length")
       << "\n\n";
 }
 

@@ -29,10 +29,10 @@ void collect_ties(Simulation& sim, const ContactPair& tied, ContactState& state,
 
 // Whether the points of the last search are reused. Overlaps at edges may open and need a search,
 // and so do edges that the memory has dropped since, as statics do.
-bool stands(const Simulation& sim, const ContactPair& pair, bool initial, PairState& now,
-            ContactState& state, ContactList& list) {
+bool stands(const Simulation& sim, const ContactPair& pair, PairState& now, ContactState& state,
+            ContactList& list) {
   const StandingSearch& standing = now.memory.standing;
-  if (!pair.may_stand || initial || !now.back.offset.isZero(0) || !now.edges.offset.isZero(0) ||
+  if (!now.back.offset.isZero(0) || !now.edges.offset.isZero(0) ||
       standing.n_both + static_cast<std::size_t>(now.edges.offset.size()) <
           standing.list.points.size())
     return false;
@@ -41,22 +41,22 @@ bool stands(const Simulation& sim, const ContactPair& pair, bool initial, PairSt
 }
 
 // Appends the points of both sides' nodes and of edges, as separate searches.
-void search_faces(Simulation& sim, Index p, bool initial, ContactState& state,
+void search_faces(Simulation& sim, Index p, bool initial, bool reuses, ContactState& state,
                   ContactGroup& group) {
   const ContactPair& pair = sim.pairs[p];
   PairState& now = sim.pairs[p].state();
   const ContactSurface &slave = *pair.slave, &master = *pair.master;
   const ContactBody &slave_body = state.bodies[slave.body],
                     &master_body = state.bodies[master.body];
-  const bool any = pair.formulation == Formulation::two_way;
+  const bool any = pair.formulation == Formulation::two_way, may_stand = pair.may_stand || reuses;
   ContactList& list = group.list;
   const std::size_t first = list.points.size();
   SearchEnds ends;
-  if (stands(sim, pair, initial, now, state, list)) {
+  if (may_stand && !initial && stands(sim, pair, now, state, list)) {
     const StandingSearch& standing = now.memory.standing;
     ends = {first + standing.n_nodes, first + standing.n_both, list.points.size()};
   } else {
-    if (pair.may_stand) now.memory.extra_reach += sim.detection.standing_reach * master.size;
+    if (may_stand) now.memory.extra_reach += sim.detection.standing_reach * master.size;
     if (any || (sim.detection.both_sides && master.ridge)) {
       ends = detect_both(slave, slave_body, master, master_body, initial, sim.detection, now.memory,
                          {any ? master : *master.ridge, !any, now.back, now.edges}, list);
@@ -65,7 +65,7 @@ void search_faces(Simulation& sim, Index p, bool initial, ContactState& state,
       ends = {list.points.size(), list.points.size(), list.points.size()};
     }
     now.memory.standing = StandingSearch();
-    if (pair.may_stand && !initial)
+    if (may_stand && !initial)
       keep_standing(slave, slave_body, master, master_body, list, first, ends.nodes, ends.back,
                     now.memory);
   }
@@ -74,7 +74,8 @@ void search_faces(Simulation& sim, Index p, bool initial, ContactState& state,
   group.searches.push_back({p, &now.edges, ends.back, ends.edges});
 }
 
-void search(Simulation& sim, Index p, bool initial, ContactState& state, ContactGroup& group) {
+void search(Simulation& sim, Index p, bool initial, bool reuses, ContactState& state,
+            ContactGroup& group) {
   ContactPair& pair = sim.pairs[p];
   PairMemory& memory = pair.state().memory;
   const ContactSurface &slave = *pair.slave, &master = *pair.master;
@@ -91,7 +92,7 @@ void search(Simulation& sim, Index p, bool initial, ContactState& state, Contact
     detect_mortar(slave, slave_body, master, master_body, initial, sim.detection, memory,
                   group.list);
   } else {
-    search_faces(sim, p, initial, state, group);
+    search_faces(sim, p, initial, reuses, state, group);
   }
   if (is_tied || pair.wall || pair.formulation == Formulation::mortar)
     group.searches.push_back({p, &memory, first, group.list.points.size()});
@@ -112,14 +113,14 @@ Vector3 motion_of(const ContactPair& pair, const ContactList& list, const Contac
 }
 
 ContactGroup collect(Simulation& sim, const std::vector<Index>& pairs, bool initial,
-                     ContactState& state, double extra_reach) {
+                     ContactState& state, double extra_reach, bool reuses) {
   ContactGroup group;
   for (const Index p : pairs) {
     PairState& pair = sim.pairs[p].state();
     for (PairMemory* memory : {&pair.memory, &pair.back, &pair.edges})
       memory->extra_reach = extra_reach;
   }
-  for (const Index p : pairs) search(sim, p, initial, state, group);
+  for (const Index p : pairs) search(sim, p, initial, reuses, state, group);
   group.guess.setZero(static_cast<Index>(group.list.points.size()), 3);
   for (const ContactSearch& of : group.searches) {
     if (of.memory->impulse.rows() == 0) continue;

@@ -25,9 +25,9 @@ struct ContactGroup {
 };
 
 // Points of `pairs` at the bodies' start and predicted end, with slips for friction. extra_reach:
-// reach beyond that for this motion.
+// reach beyond that for this motion. reuses: the last search of pairs without wall, of any body.
 ContactGroup collect(Simulation& simulation, const std::vector<Index>& pairs, bool initial,
-                     ContactState& state, double extra_reach = 0);
+                     ContactState& state, double extra_reach = 0, bool reuses = false);
 
 // A point's relative displacement over the step, scene axes; against a wall, relative to its
 // motion.
