@@ -320,13 +320,12 @@ std::vector<Index> Equilibrium::columns_of(const std::vector<Index>& pairs) cons
   return columns;
 }
 
-// Motion after load steps keeps the points of their equilibrium. In statics functions are for a
-// number, or for more points than a dense W serves: friction's work in a function that slides in
-// part is wrong.
+// In statics functions are for a number, or for more points than a dense W serves: friction's work
+// in a function that slides in part is wrong.
 bool Equilibrium::takes_functions(const ContactGroup& group, std::size_t search) const {
   const ContactPair& pair = sim_.pairs[group.searches[search].pair];
   const Index rows = static_cast<Index>(pair.slave->nodes.size()) * n_rows(pair.law.law);
-  return sim_.is_static && (pair.keeps_functions || rows > most_rows_of_points);
+  return pair.keeps_functions || rows > most_rows_of_points;
 }
 
 void Equilibrium::solve_group(const std::vector<Index>& pairs, const std::vector<Index>& columns,

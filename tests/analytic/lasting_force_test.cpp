@@ -119,6 +119,34 @@ TEST_P(Rest, OfFacesOfManyNodesAndOfSecondOrder) {
   }
 }
 
+// With pressure functions in load steps and in motion, beside nodes where cells are partly open.
+TEST_P(Rest, OfFacesWithPressureFunctions) {
+  if (GetParam().name == "Mesh") GTEST_SKIP() << "a mesh has nodes";
+  struct Face {
+    Index elements;
+    double height;
+    std::string functions, modulus, shear, end;
+  };
+  std::vector<Face> faces{{12, 1, "20", "100", "0.1", "0.02"}};
+  if (GetParam().name == "Characteristic") faces.push_back({28, 2, "4", "1.0e7", "0.2", "1.0e-4"});
+  for (const Face& face : faces) {
+    SCOPED_TRACE(face.functions + " functions");
+    SceneFolder folder;
+    folder.add("block.exo",
+               test::block_mesh({{face.elements, face.elements, 2}, {2, 2, face.height}}));
+    std::string scene =
+        on_wall(GetParam(), "0", false,
+                "  - {instance: a, surface: z_max, traction: [" + face.shear + ", 0, 0]}\n");
+    scene.replace(scene.find("friction: 0.3"), 13, "friction: 0.3, pressures: " + face.functions);
+    scene.replace(scene.find("modulus: 100"), 12, "modulus: " + face.modulus);
+    const Ran ran =
+        folder.run(scene + "time: {end: " + face.end + ", preload: 2, step: {cfl: 0.2}" +
+                   GetParam().time + "}\noutput: {every: " + face.end + ", history: [a.z_max]}\n");
+    expect_rest(ran, 0);
+    EXPECT_GT(ran.built.simulation.pairs.front().seen().n_function_steps, 0);
+  }
+}
+
 // On a mesh, sheared until a part of its face slid in the load steps.
 TEST_P(Rest, OfABlockThatSlid) {
   SceneFolder folder;

@@ -56,6 +56,11 @@ void rows_of_turn(const Turn& turn, Index first, Index d, const Entry& entry) {
   entry(first + 2, d == 1 ? turn.sine : turn.cosine);
 }
 
+// Whether a point had an impulse in the last step.
+bool acted(const ContactPoint& point, const PairMemory& memory) {
+  return point.slot >= 0 && memory.impulse.row(point.slot).dot(point.normal()) > 0;
+}
+
 // Predicted state of the cells of one surface.
 class Cells {
  public:
@@ -80,12 +85,25 @@ class Cells {
       if (count_[a] == 0 || !(most_[a] < least_depth * mean_[a] / count_[a])) closed_[a] = 0;
   }
 
+  // Cells with an impulse in the last step remain as they were.
+  void keep(const ChosenCells& before, const PairMemory& memory) {
+    std::vector<char> acts(closed_.size(), 0);
+    visit([&](Index a, Index slot) {
+      const Index at = point_of(slot);
+      if (at >= 0 && acted(list_.points[static_cast<std::size_t>(at)], memory))
+        acts[static_cast<std::size_t>(a)] = 1;
+    });
+    for (std::size_t a = 0; a < acts.size(); ++a)
+      if (acts[a] != 0) closed_[a] = is_possible_[a] != 0 && before.closed[a] != 0;
+  }
+
   // Counts cells with a negative mean gap as closed.
   void close_means() {
     for (std::size_t a = 0; a < closed_.size(); ++a)
       closed_[a] = is_possible_[a] != 0 && mean_[a] < 0;
   }
 
+  const std::vector<char>& closed() const { return closed_; }
   bool is_closed(Index cell) const { return closed_[static_cast<std::size_t>(cell)] != 0; }
   // Its nodes have one point each, of similar normals.
   bool is_possible(Index cell) const { return is_possible_[static_cast<std::size_t>(cell)] != 0; }
@@ -141,6 +159,14 @@ class Cells {
   std::vector<char> closed_, is_possible_;
 };
 
+// The cells of the last step, if the pair began in equilibrium and still acts; else null.
+const ChosenCells* lasting(const FunctionsOfSearch& search) {
+  const PairMemory* memory = search.memory;
+  const bool lasts = memory != nullptr && memory->begins_in_equilibrium &&
+                     !memory->cells.closed.empty() && !memory->impulse.isZero(0);
+  return lasts ? &memory->cells : nullptr;
+}
+
 // Columns of function_matrix() before those of each search.
 std::vector<Index> first_columns(const std::vector<PointLaw>& laws,
                                  const std::vector<FunctionsOfSearch>& searches) {
@@ -166,21 +192,35 @@ class Chooser {
   void add(const FunctionsOfSearch& search, Index number, Index column) {
     std::vector<std::size_t> all(search.last - search.first);
     std::iota(all.begin(), all.end(), search.first);
+    ChosenCells& chosen = unknowns_.cells.emplace_back();
     if (search.functions == nullptr || all.empty()) return add_points(all, search, number);
+    const ChosenCells* before = lasting(search);
     // Load steps are few, so that they may have as many points with friction as without
-    const bool friction = laws_[search.first].law == ContactLaw::coulomb && before_ != nullptr;
+    const bool friction =
+        laws_[search.first].law == ContactLaw::coulomb && before_ != nullptr && before == nullptr;
     const std::size_t most = friction ? most_points_with_friction : most_points;
-    if (n_closing(search) <= (friction ? few_points_with_friction : few_points))
+    const bool has_functions =
+        before != nullptr &&
+        (before->whole || std::count(before->closed.begin(), before->closed.end(), 1) > 0);
+    if (!has_functions && n_closing(search) <= (friction ? few_points_with_friction : few_points)) {
+      chosen.closed.assign(static_cast<std::size_t>(search.functions->size()), 0);
       return add_patch(all, search, number);
-    Cells cells(list_, search);
-    std::vector<std::size_t> points = points_beside(cells, search);
-    const bool whole = points.size() > most;
-    if (whole) {
-      cells.close_means();
-      points = points_beside(cells, search);
-      keep_deepest(most, points);
     }
-    add_functions(cells, *search.functions, number, column, whole);
+    Cells cells(list_, search);
+    if (before != nullptr) cells.keep(*before, *search.memory);
+    std::vector<std::size_t> points = points_beside(cells, search, before != nullptr);
+    chosen.whole = points.size() > most || (before != nullptr && before->whole);
+    if (chosen.whole) {
+      cells.close_means();
+      points = points_beside(cells, search, before != nullptr);
+      if (before != nullptr && before->whole)
+        points = points_of(before->slots, cells);
+      else
+        keep_deepest(most, points);
+      for (const std::size_t i : points) chosen.slots.push_back(list_.points[i].slot);
+    }
+    chosen.closed = cells.closed();
+    add_functions(cells, *search.functions, number, column, chosen.whole);
     add_points(points, search, number);
   }
 
@@ -224,17 +264,26 @@ class Chooser {
     add_points(points, search, number);
   }
 
-  std::vector<std::size_t> points_beside(const Cells& cells,
-                                         const FunctionsOfSearch& search) const {
+  std::vector<std::size_t> points_beside(const Cells& cells, const FunctionsOfSearch& search,
+                                         bool lasts) const {
     const std::vector<char> covered = cells.covered();
-    const double deepest = deepest_of(search);
+    const double reach = lasts ? 0 : reach_of_points * deepest_of(search);
     std::vector<std::size_t> points;
     for (auto i = search.first; i < search.last; ++i) {
       const ContactPoint& point = list_.points[i];
       const bool by_function = point.slot >= 0 && cells.point_of(point.slot) >= 0 &&
                                covered[static_cast<std::size_t>(point.slot)] != 0;
-      if (!by_function && point.gap[0] < reach_of_points * deepest) points.push_back(i);
+      const bool may_act = point.gap[0] < reach || (lasts && acted(point, *search.memory));
+      if (!by_function && may_act) points.push_back(i);
     }
+    return points;
+  }
+
+  static std::vector<std::size_t> points_of(const std::vector<Index>& slots, const Cells& cells) {
+    std::vector<std::size_t> points;
+    for (const Index slot : slots)
+      if (slot >= 0 && cells.point_of(slot) >= 0)
+        points.push_back(static_cast<std::size_t>(cells.point_of(slot)));
     return points;
   }
 
@@ -312,7 +361,8 @@ class Chooser {
     }
     const Index others = search.functions != nullptr ? search.functions->size() : 0;
     const bool anywhere =
-        before_ == nullptr || (search.begins_in_equilibrium && before_->keys.empty());
+        before_ == nullptr ||
+        (search.memory != nullptr && search.memory->begins_in_equilibrium && before_->keys.empty());
     std::vector<char> served(static_cast<std::size_t>(corners.size()), anywhere);
     for (std::size_t u = 0; before_ != nullptr && u < before_->keys.size(); ++u) {
       const UnknownKey& key = before_->keys[u];
@@ -458,6 +508,13 @@ Vector ContactUnknowns::guess(const std::vector<PointLaw>& of_points, const Vect
       }
     }
   return x;
+}
+
+void ContactUnknowns::remember_cells(const std::vector<FunctionsOfSearch>& searches) const {
+  for (std::size_t s = 0; s < searches.size(); ++s) {
+    if (searches[s].memory != nullptr)
+      searches[s].memory->cells = reduced ? cells[s] : ChosenCells();
+  }
 }
 
 bool same_matrix(const SparseMatrix& a, const SparseMatrix& b) {

@@ -7,6 +7,7 @@
 
 #include "common/mesh/pressure_functions.hpp"
 #include "dynamics/contact/surfaces/contact_point.hpp"
+#include "dynamics/contact/surfaces/pair_memory.hpp"
 
 namespace cbr {
 
@@ -14,13 +15,12 @@ class StateArchive;
 
 // The points [first, last) of one search, in the slots of the surface of `functions`; null: every
 // point is an unknown. `corners`: corner_functions() of second-order faces, which replace the nodes
-// of these; null if all faces are linear.
+// of these; null if all faces are linear. `memory`: of the pair, for its cells; null: none.
 struct FunctionsOfSearch {
   std::size_t first = 0, last = 0;
   const PressureFunctions* functions = nullptr;
   const PressureFunctions* corners = nullptr;
-  // Forces of load steps act from the first step on: these take corner functions wherever possible
-  bool begins_in_equilibrium = false;
+  PairMemory* memory = nullptr;
   bool has_any() const { return last > first && (functions != nullptr || corners != nullptr); }
 };
 
@@ -51,11 +51,14 @@ struct ContactUnknowns {
   // Points of small patches without unknowns, unlikely to close, ascending. The laws must hold for
   // them too.
   std::vector<std::size_t> left_out;
+  std::vector<ChosenCells> cells;  // per search
 
   Index size() const { return static_cast<Index>(keys.size()); }
   std::vector<Index> of_searches() const;  // number of unknowns per search
   // x with approximately p = A x; exact for a uniform pressure.
   Vector guess(const std::vector<PointLaw>& of_points, const Vector& p) const;
+  // Gives the cells to the memories of `searches`.
+  void remember_cells(const std::vector<FunctionsOfSearch>& searches) const;
   void keep_state(StateArchive& archive);
 };
 
@@ -75,6 +78,8 @@ SparseMatrix function_matrix(const ContactList& list, const std::vector<PointLaw
 // them have points with similar normals. Nodal forces of a pressure on second-order faces may be
 // negative, which no node's law allows. before: of the last step. A function starts where all of
 // its nodes close, and stays while their gaps are similar. Null (statics): wherever possible.
+// After load steps motion begins with their unknowns: a cell with an impulse in the last step
+// remains as it was, so that bodies at rest stay there.
 // `wanted` (ascending): points to include in any case.
 ContactUnknowns choose_unknowns(const ContactList& list, const std::vector<PointLaw>& laws,
                                 const std::vector<FunctionsOfSearch>& searches,

@@ -217,6 +217,7 @@ StaticResult enforce_static(const ContactList& list, const std::vector<PointLaw>
     if (step.drop_rigid(unknowns, used)) continue;
     state = step.without_own_forces(unknowns, solution.p, solution.gap);
   }
+  unknowns.remember_cells(used);
   StaticResult result;
   if (unknowns.reduced) {
     result.of_points.held = held_points(unknowns, step.of_unknowns());

@@ -391,6 +391,7 @@ EnforcementResult enforce_in_functions(const ContactList& list, const std::vecto
     gap = solve_few(list, laws, searches, g_points, unknowns, true, bodies, memory, solution);
   }
   memory.moves.give(bodies);
+  unknowns.remember_cells(searches);
   EnforcementResult result{unpack(unknowns.A * memory.x, laws),
                            unpack(gap, laws),
                            solution.residual,

@@ -35,7 +35,8 @@ void keep_state(StateArchive& archive, EdgePair& edges) { archive(edges.slave, e
 
 void keep_state(StateArchive& archive, PairMemory& memory) {
   archive(memory.edges, memory.face, memory.known_face, memory.further_faces, memory.offset,
-          memory.impulse, memory.begins_in_equilibrium);
+          memory.impulse, memory.begins_in_equilibrium, memory.cells.closed, memory.cells.whole,
+          memory.cells.slots);
   for (Points& force : memory.forces) archive(force);
   archive(memory.velocity, memory.elastic_slip, memory.near);
   archive(memory.has_points, memory.adjust, memory.initial_overlap, memory.initial_gap,

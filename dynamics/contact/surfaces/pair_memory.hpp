@@ -45,6 +45,13 @@ struct StandingSearch {
   Points slave_at, master_at;
 };
 
+// Unknowns of contact on the cells of the slave's pressure functions.
+struct ChosenCells {
+  std::vector<char> closed;  // whether each cell has its function; empty: nodes are the unknowns
+  bool whole = false;        // functions are not truncated
+  std::vector<Index> slots;  // with whole functions: the nodes that are unknowns too
+};
+
 // State of a pair from step to step, per slave node (in the order of the slave surface's nodes) or
 // per pair of edges.
 struct PairMemory {
@@ -66,6 +73,7 @@ struct PairMemory {
   // first
   std::array<Points, 4> forces;
   bool begins_in_equilibrium = false;  // the run began with static forces, assumed constant before
+  ChosenCells cells;                   // of load steps, and of motion after them
   // Where friction depends on the slip speed: relative velocities in the last step, by slots, scene
   // axes; infinite where there was no point
   Points velocity;

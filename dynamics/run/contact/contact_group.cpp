@@ -142,10 +142,9 @@ std::vector<FunctionsOfSearch> functions_of(const Simulation& sim, const Contact
   for (const ContactSearch& of : group.searches) {
     const ContactPair& pair = sim.pairs[of.pair];
     const bool is_slave = of.memory == &pair.seen().memory,
-               rests = of.memory->begins_in_equilibrium;
-    const bool has_functions = is_slave && (pair.keeps_functions || !rests);
-    functions.push_back({of.first, of.last, has_functions ? pair.functions.get() : nullptr,
-                         is_slave ? pair.corners.get() : nullptr, rests});
+               at_nodes = of.memory->begins_in_equilibrium && of.memory->cells.closed.empty();
+    functions.push_back({of.first, of.last, is_slave && !at_nodes ? pair.functions.get() : nullptr,
+                         is_slave ? pair.corners.get() : nullptr, of.memory});
   }
   return functions;
 }

@@ -95,8 +95,7 @@ struct ContactPair {
   Formulation formulation = Formulation::node_face;
   // At slave nodes; null: every node is an unknown.
   std::shared_ptr<const PressureFunctions> functions;
-  // Else a pair with forces after load steps has none: these are in equilibrium at nodes
-  bool keeps_functions = false;
+  bool keeps_functions = false;  // in statics: on faces of few points too
   // Likewise, corner_functions() of second-order faces; null if all are linear.
   std::shared_ptr<const PressureFunctions> corners;
   bool may_stand = false;  // see standing_search.hpp
