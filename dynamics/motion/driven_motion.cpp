@@ -10,29 +10,41 @@ namespace {
 // Of the shorter interval beside it, what a corner of the velocity is rounded over.
 constexpr double rounded_share = 1e-6;
 
-// The slope of a piecewise linear velocity, which changes within `rounded_share` of an interval at
-// each of its points.
-History slopes(double value, const History& velocity) {
-  const std::size_t n = velocity.time.size();
+// Accelerations that are linear from `start` to `end` in each interval between the times, and 0
+// outside. Jumps take `rounded_share` of the shorter interval beside them.
+History rounded(const std::vector<double>& t, const std::vector<double>& start,
+                const std::vector<double>& end) {
+  const std::size_t n = t.size();
   History a;
-  double before = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double left = i > 0 ? velocity.time[i] - velocity.time[i - 1] : HUGE_VAL;
-    const double right = i + 1 < n ? velocity.time[i + 1] - velocity.time[i] : HUGE_VAL;
-    const double after =
-        i + 1 < n ? value * (velocity.value[i + 1] - velocity.value[i]) / right : 0;
-    const double half =
-        std::isfinite(std::min(left, right)) ? 0.5 * rounded_share * std::min(left, right) : 0;
-    if (half > 0 && velocity.time[i] < half) {  // the run begins there
-      a.time.push_back(velocity.time[i]);
-      a.value.push_back(after);
-    } else if (half > 0) {
-      a.time.insert(a.time.end(), {velocity.time[i] - half, velocity.time[i] + half});
-      a.value.insert(a.value.end(), {before, after});
+  const auto add = [&](double time, double value) {
+    a.time.push_back(time);
+    a.value.push_back(value);
+  };
+  for (std::size_t i = 0; i < n && n > 1; ++i) {
+    const double left = i > 0 ? t[i] - t[i - 1] : HUGE_VAL,
+                 right = i + 1 < n ? t[i + 1] - t[i] : HUGE_VAL,
+                 half = 0.5 * rounded_share * std::min(left, right);
+    const double before = i > 0 ? end[i - 1] : 0, after = i + 1 < n ? start[i] : 0;
+    const auto inside = [&](double near, double far, double length) {
+      return near + half / length * (far - near);
+    };
+    if (t[i] < half || before == after) {  // the run begins there
+      add(t[i], after);
+    } else {
+      add(t[i] - half, i > 0 ? inside(before, start[i - 1], left) : 0);
+      add(t[i] + half, i + 1 < n ? inside(after, end[i], right) : 0);
     }
-    before = after;
   }
   return a;
+}
+
+// Of a piecewise linear velocity.
+History velocity_accelerations(double value, const History& velocity) {
+  std::vector<double> slopes;
+  for (std::size_t i = 0; i + 1 < velocity.time.size(); ++i)
+    slopes.push_back(value * (velocity.value[i + 1] - velocity.value[i]) /
+                     (velocity.time[i + 1] - velocity.time[i]));
+  return rounded(velocity.time, slopes, slopes);
 }
 
 // Second derivatives of the cubic spline through the points, with its first derivative given at the
@@ -65,45 +77,73 @@ Vector spline_curvatures(const std::vector<double>& t, const std::vector<double>
   return curvature;
 }
 
-History spline_accelerations(double value, const History& displacement, double speed, double end) {
-  if (displacement.time.size() < 2) return {{0}, {0}};
+// Of the cubic spline, with smaller slopes where it would leave the values of its table: a ramp
+// that ends in a constant does not overshoot (Hyman 1983, doi 10.1137/0904045).
+History displacement_accelerations(double value, const History& displacement, double speed,
+                                   double end) {
+  const std::vector<double>& t = displacement.time;
+  const std::size_t n = t.size();
+  if (n < 2) return {{0}, {0}};
   std::vector<double> y;
   for (const double factor : displacement.value) y.push_back(value * factor);
-  const std::vector<double>& t = displacement.time;
   const Vector a = spline_curvatures(t, y, speed, t.back() >= end);
-  // At rest before the first point and after the last one: jumps of the acceleration there are as
-  // steep as at corners of velocities.
-  History history{t, {a.data(), a.data() + a.size()}};
-  const auto n = static_cast<Index>(t.size());
-  const double last = 0.5 * rounded_share, inner = 1 - last;
-  history.time.back() = last * t[n - 2] + inner * t[n - 1];
-  history.value.back() = last * a[n - 2] + inner * a[n - 1];
-  history.time.push_back(t[n - 1] + last * (t[n - 1] - t[n - 2]));
-  history.value.push_back(0);
-  if (t[0] > 0) {
-    history.time.front() = inner * t[0] + last * t[1];
-    history.value.front() = inner * a[0] + last * a[1];
-    history.time.insert(history.time.begin(), t[0] - last * (t[1] - t[0]));
-    history.value.insert(history.value.begin(), 0);
+  std::vector<double> secant, begins, ends, slope{speed};
+  for (std::size_t i = 0; i + 1 < n; ++i) {
+    const double h = t[i + 1] - t[i];
+    secant.push_back((y[i + 1] - y[i]) / h);
+    begins.push_back(a[i]);
+    ends.push_back(a[i + 1]);
+    slope.push_back(secant[i] + h / 6 * (a[i] + 2 * a[i + 1]));
   }
-  return history;
+  for (std::size_t i = 1; i < n; ++i) {
+    const double before = secant[i - 1], after = i + 1 < n ? secant[i] : before,
+                 most = 3 * std::min(std::abs(before), std::abs(after));
+    const bool rises = before > 0 && after > 0, falls = before < 0 && after < 0;
+    const double limited = std::clamp(slope[i], rises ? 0 : -most, falls ? 0 : most);
+    if (limited == slope[i]) continue;
+    slope[i] = limited;
+    for (std::size_t k = i - 1; k < std::min(i + 1, n - 1); ++k) {
+      const double h = t[k + 1] - t[k];
+      begins[k] = (6 * secant[k] - 4 * slope[k] - 2 * slope[k + 1]) / h;
+      ends[k] = (2 * slope[k] + 4 * slope[k + 1] - 6 * secant[k]) / h;
+    }
+  }
+  return rounded(t, begins, ends);
 }
 
 }  // namespace
 
 DrivenAxis::DrivenAxis(SupportMotion motion, double value, const History& history, double speed,
-                       double end) {
-  if (motion == SupportMotion::displacement) {
+                       const TimeOptions& time) {
+  if (motion == SupportMotion::displacement && time.is_static) {
+    follow(value, history);
+  } else if (motion == SupportMotion::displacement) {
     const double first = !history.time.empty() && history.time.front() > 0 ? 0 : speed;
-    integrate(spline_accelerations(value, history, first, end), first, end);
+    integrate(displacement_accelerations(value, history, first, time.end), first, time.end);
   } else if (motion == SupportMotion::velocity) {
-    const History a = slopes(value, history);
-    integrate(a.time.empty() ? History{{0}, {0}} : a, value * LoadHistory(history).value(0), end);
+    const History a = velocity_accelerations(value, history);
+    integrate(a.time.empty() ? History{{0}, {0}} : a, value * LoadHistory(history).value(0),
+              time.end);
   } else {
     History a = history;
     if (a.time.empty()) a = {{0}, {1}};
     for (double& factor : a.value) factor *= value;
-    integrate(a, speed, end);
+    integrate(a, speed, time.end);
+  }
+}
+
+void DrivenAxis::follow(double value, const History& displacement) {
+  is_static_ = true;
+  acceleration_ = LoadHistory(History{{0}, {0}});
+  knots_.push_back({0, 0, 0, 0, 0, 0});
+  const std::size_t n = displacement.time.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const double t = displacement.time[i], integral = displacement_integral(t),
+                 s = value * (displacement.value[i] - displacement.value[0]);
+    const double v = i + 1 < n ? value * (displacement.value[i + 1] - displacement.value[i]) /
+                                     (displacement.time[i + 1] - t)
+                               : 0;
+    knots_.push_back({t, 0, 0, v, s, integral});
   }
 }
 
@@ -146,6 +186,7 @@ double DrivenAxis::displacement(double t) const {
 }
 
 double DrivenAxis::velocity(double t) const {
+  if (is_static_) return 0;
   const Knot& knot = knot_at(t);
   const double h = t - knot.t;
   return knot.v + h * (knot.a + 0.5 * h * knot.slope);

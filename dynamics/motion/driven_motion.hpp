@@ -18,28 +18,33 @@ class DrivenAxis {
   // value: what the history multiplies, in m, m/s or m/s^2.
   //  acceleration: begins with `speed`.
   //  velocity: piecewise linear; each corner is rounded over a millionth of the shorter interval
-  //  beside it. displacement: the cubic spline through value (history - its first value). It begins
-  //  with `speed` where the table begins at 0, else at rest, and ends at rest where the table ends
-  //  before `end`.
+  //  beside it.
+  //  displacement: value (history - its first value). In statics it is linear between the points
+  //  of its table. In motion it is their cubic spline, with smaller slopes where that would leave
+  //  the values of the table. It begins with `speed` where the table begins at 0, else at rest, and
+  //  ends at rest where the table ends before the run.
   // Precondition: times from 0 on.
-  DrivenAxis(SupportMotion motion, double value, const History& history, double speed, double end);
+  DrivenAxis(SupportMotion motion, double value, const History& history, double speed,
+             const TimeOptions& time);
 
   double displacement(double t) const;  // since t = 0
   double velocity(double t) const;
   double displacement_integral(double t) const;            // from 0 to t
-  double largest_speed() const { return largest_speed_; }  // from 0 to `end`
+  double largest_speed() const { return largest_speed_; }  // from 0 to the end
   const LoadHistory& acceleration() const { return acceleration_; }
 
  private:
   struct Knot {
     double t, a, slope, v, s, integral;  // from t on; integral of s up to t
   };
+  void follow(double value, const History& displacement);
   void integrate(const History& acceleration, double speed, double end);
   const Knot& knot_at(double t) const;
 
   LoadHistory acceleration_;
   std::vector<Knot> knots_;
   double largest_speed_ = 0;
+  bool is_static_ = false;  // velocities are none
 };
 
 // Along all axes: scene axes; an axis without motion is held where it is, or free.

@@ -177,6 +177,26 @@ TEST_F(SupportsThatMove, DisplacementTableOfManyPoints) {
   EXPECT_GT(test::observed_order(steps, errors), 3.5);
 }
 
+// A ramp that ends in a constant ends there, and statics follow the table itself.
+TEST_F(SupportsThatMove, ARampEndsWithoutOvershoot) {
+  const std::string motion =
+      "displacement: [0.5, 0, 0], history: {time: [0, 0.1, 0.2, 0.6, 3], value: [0, 1, 1, -1, -1]}";
+  const auto smooth = [](double s) { return s * s * (3 - 2 * s); };
+  const auto curve = [&](double t) {
+    const double falls = t > 0.2 ? smooth(std::min(1.0, (t - 0.2) / 0.4)) : 0;
+    return 0.5 * smooth(std::min(1.0, t / 0.1)) - falls;
+  };
+  EXPECT_LT(largest_error(folder.run(scene({.motion = motion})), curve, "bar.x_min"), 1e-9);
+  std::string statics = scene({.motion = motion, .step = "0.05", .every = 0.05});
+  statics.replace(statics.find("integrator: exact"), 17, "static: true");
+  const auto table = [](double t) {
+    return t < 0.1 ? 5 * t : 0.5 - std::clamp((t - 0.2) / 0.4, 0.0, 1.0);
+  };
+  const Ran ran = folder.run(statics);
+  EXPECT_LT(largest_error(ran, table, "bar.x_min"), 1e-12);
+  EXPECT_LT(largest_error(ran, table), 1e-9);
+}
+
 // What moves with its supports from the start strains nothing.
 TEST_F(SupportsThatMove, BodiesThatBeginToMoveWithTheirSupports) {
   for (const char* motion :

@@ -72,7 +72,7 @@ class Places {
 // part due to the instance's initial velocity.
 class Drives {
  public:
-  explicit Drives(double end) : end_(end) {}
+  explicit Drives(const TimeOptions& time) : time_(time) {}
   Index find_or_add(const BoundaryCondition& of, bool coasts) {
     for (std::size_t i = 0; i < known_.size(); ++i) {
       const Known& known = known_[i];
@@ -81,7 +81,7 @@ class Drives {
       if (is_one) return static_cast<Index>(i);
     }
     known_.push_back({of.motion, of.history, coasts});
-    axes_.emplace_back(of.motion, coasts ? 0 : 1, of.history, coasts ? 1 : 0, end_);
+    axes_.emplace_back(of.motion, coasts ? 0 : 1, of.history, coasts ? 1 : 0, time_);
     return static_cast<Index>(known_.size()) - 1;
   }
   const std::vector<DrivenAxis>& axes() const { return axes_; }
@@ -92,7 +92,7 @@ class Drives {
     History history;
     bool coasts;
   };
-  double end_;
+  const TimeOptions& time_;
   std::vector<Known> known_;
   std::vector<DrivenAxis> axes_;
 };
@@ -130,7 +130,7 @@ std::vector<Part> parts_of(const BoundaryCondition& condition, const Instance& i
 void take_drives(const SceneIndex& index, const Instance& instance, const Geometry& geometry,
                  const std::vector<HeldAxis>& held, SupportShapesWanted& wanted) {
   const Places places(instance, geometry);
-  Drives drives(index.scene().time->end);
+  Drives drives(*index.scene().time);
   std::vector<std::vector<Part>> parts;
   for (const BoundaryCondition* condition : index.plan(instance).boundary)
     parts.push_back(parts_of(*condition, instance, drives));
@@ -240,7 +240,7 @@ DrivenMotion support_motion(const SceneIndex& index, const Instance& instance) {
       if (condition->moves(axis))
         motion.axes[static_cast<std::size_t>(axis)].emplace_back(
             condition->motion, condition->value[axis], condition->history, instance.velocity[axis],
-            index.scene().time->end);
+            *index.scene().time);
       break;
     }
   }

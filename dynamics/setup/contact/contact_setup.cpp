@@ -26,7 +26,7 @@ PointLaw law_of(const ContactOptions& options) {
 // Data shared by the pairs of one entry or one wall.
 class SharedByPairs {
  public:
-  SharedByPairs(Simulation& simulation, double end) : sim_(simulation), end_(end) {}
+  SharedByPairs(Simulation& simulation, const TimeOptions& time) : sim_(simulation), time_(time) {}
   std::shared_ptr<const SourceLine> source(const ContactOptions& options) {
     auto& source = sources_[&options];
     if (!source) source = std::make_shared<const SourceLine>(options.source);
@@ -47,12 +47,12 @@ class SharedByPairs {
     for (int axis = 0; axis < 3; ++axis)
       if (options.value[axis] != 0)
         motion.axes[static_cast<std::size_t>(axis)].emplace_back(
-            options.motion, options.value[axis], options.history, 0, end_);
+            options.motion, options.value[axis], options.history, 0, time_);
     return motion;
   }
 
   Simulation& sim_;
-  double end_;
+  const TimeOptions& time_;
   std::unordered_map<const ContactOptions*, std::shared_ptr<const SourceLine>> sources_;
   std::unordered_map<const WallOptions*, std::shared_ptr<RigidWall>> walls_;
 };
@@ -310,7 +310,7 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
   if (std::find(fields.begin(), fields.end(), "contact_pressure") != fields.end())
     fill_areas(names, contact_of_instance, sides, sim);
   sim.pairs.reserve(entries.list.size());
-  SharedByPairs shared(sim, index.scene().time->end);
+  SharedByPairs shared(sim, *index.scene().time);
   TiedNodes tied;
   const ContactOptions *warned = nullptr, *unlike = nullptr;  // once for all pairs of an entry
   const bool is_static = index.scene().time->is_static || preload_steps(index.scene()) > 0;
