@@ -11,10 +11,10 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 84632,
-    "files of product": 638,
+    "lines of product": 85167,
+    "files of product": 640,
     "lines of python/cbr": 1950,
-    "lines of tests": 64094,
+    "lines of tests": 64390,
     "files of tests": 389,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 353,

@@ -142,6 +142,7 @@ const std::vector<Limit>& limits() {
        "leave out `time.preload`, for five load steps, or give 1 or more"},
       {velocity, {static_run}, "leave it out"},
       {dashpot, {statics}, "give the motion a `stiffness`, or leave its `damping` out"},
+      {driven_link, {sweep}, "leave its motion out, or move supports by `boundary`"},
       {spin, {small_rotation}, "take `time.rotations: auto` or `large`"},
       {into_fixed, {fixed}, "leave this direction out of it, or out of `fixed`"},
       {spin, {supports, fixed}, "leave it out, or hold the instance by links to the ground"},
@@ -252,7 +253,8 @@ std::vector<Features> features_of(const Scene& scene) {
   }
   for (const LinkOptions& link : scene.links)
     for (Index m = 0; m < 6; ++m)
-      if (link.damping(m, m) > 0 && !(link.stiffness(m, m) > 0))
+      if (link.damping(m, m) > 0 && !(link.stiffness(m, m) > 0) &&
+          link.force[static_cast<std::size_t>(m)].empty())
         for (const SurfaceName* end : {&link.first, &link.second})
           if (!end->is_wall()) add(end->instance, feature::dashpot, link.source);
   for (const Load& load : scene.loads) {

@@ -15,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/base/force_table.hpp"
 #include "common/base/types.hpp"
 #include "common/fem/assembly.hpp"
 
@@ -294,6 +295,8 @@ struct ContactOptions {
   // Key `pressures`: how many functions a face's contact has as unknowns. 0 (`nodes`): every node;
   // not given (`auto`): as many as the face needs.
   std::optional<Index> pressures;
+  // penalty: pressure over depth; empty: springs as stiff as the step allows
+  ForceTable stiffness;
   // penalty: share of the critical damping of the contact spring and the mass that it feels
   double damping = 0;
   // impulse, of rigid bodies: share of the normal velocity with which a point that lands leaves
@@ -314,18 +317,27 @@ struct ContactOptions {
 };
 
 // Two points of instances, or a point and the ground. Some of six relative motions (x, y, z, and
-// rotations about them) are held, some have springs and dashpots: force = -stiffness motion -
-// damping rate.
+// rotations about them) are held or prescribed, some have springs, dashpots, tables and dry
+// friction: force = -stiffness motion - damping rate - table(motion) - friction sign(rate).
 struct LinkOptions {
   SurfaceName first, second;  // a wall's name in `second` is the ground
   std::array<bool, 6> fix{true, true, true, true, true, true};
   // symmetric, semi-definite; rows of motions that are free are 0
   Matrix6 stiffness = Matrix6::Zero(), damping = Matrix6::Zero();
+  std::array<ForceTable, 6> force;     // over each motion
+  std::array<double, 6> friction{};    // force or moment of dry friction
   Matrix3 axes = Matrix3::Identity();  // rows: x, y, z, scene axes
-  bool is_sprung(std::size_t motion) const {
-    const auto m = static_cast<Index>(motion);
-    return stiffness(m, m) > 0 || damping(m, m) > 0;
+  // Of the first end relative to the second, along these axes, of motions that `fix` names: the
+  // history multiplies both. Rotation in degrees, rad/s or rad/s^2.
+  SupportMotion motion = SupportMotion::none;
+  Vector3 value = Vector3::Zero(), turn = Vector3::Zero();
+  History history;
+  bool is_sprung(std::size_t m) const {
+    const auto i = static_cast<Index>(m);
+    return stiffness(i, i) > 0 || damping(i, i) > 0 || bends(m);
   }
+  // Whether its force is no linear function of the motion.
+  bool bends(std::size_t m) const { return !force[m].empty() || friction[m] > 0; }
   SourceLine source;
 };
 

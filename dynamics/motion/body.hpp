@@ -54,6 +54,7 @@ struct BodyFacts {
   // The largest stable step in contact, as a share of the critical step: `step: auto` takes it.
   double contact_share = 1;
   bool kicks_at_end = false;  // impulses of contact act at the end of a step, not at its start
+  bool bends = false;         // a link whose response to impulses depends on its motion
 };
 
 // Changes of an iteration towards equilibrium.

@@ -3,7 +3,9 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <utility>
 
 #include "common/files/state_archive.hpp"
@@ -32,7 +34,8 @@ JointBody::JointBody(Joint joint, Scheme scheme)
     : Body({.name = joint.name,
             .scheme = scheme,
             .n_dofs = joint.is_mass() ? 6 : 0,
-            .positions = std::make_shared<const Points>(joint.at.transpose().replicate(2, 1))}),
+            .positions = std::make_shared<const Points>(joint.at.transpose().replicate(2, 1)),
+            .bends = joint.bends()}),
       joint_(std::move(joint)) {
   if (!joint_.is_mass()) return;
   inverse_mass_ = inverse_where_not_zero(joint_.mass);
@@ -85,37 +88,139 @@ void JointBody::own_mean_motion(Index set, Vector3& position, Vector3& velocity)
   velocity = to_scene(0) * v_.head<3>();
 }
 
+bool Joint::bends() const {
+  return friction.maxCoeff() > 0 ||
+         std::any_of(force.begin(), force.end(), [](const auto& table) { return !table.empty(); });
+}
+
+std::array<double, 2> JointBody::range(Index m, const Vector6& r) const {
+  if (is_static_ || joint_.is_late) return {r[m], r[m]};
+  if (is_newmark()) return {r_[m], r[m]};
+  return {r_[m] - 0.5 * last_h_ * v_[m], 0.5 * (r_[m] + r[m])};
+}
+
+Vector6 JointBody::impulse(const Vector6& r, double h) const {
+  const Matrix6 &K = joint_.stiffness, &C = joint_.damping;
+  const Vector6 way = r - r_;
+  Vector6 P;
+  if (is_static_) {
+    P = K * r;
+  } else if (is_newmark()) {
+    P = 0.5 * h * (K * (r_ + r)) + C * way;
+  } else if (joint_.is_late) {
+    P = h * (K * r) + C * (1.5 * way - 0.5 * h * v_);
+  } else {
+    P = h * (K * (r_ + 0.25 * (way - last_h_ * v_))) + 0.5 * (C * (way + h * v_));
+  }
+  for (Index m = 0; m < 6; ++m) {
+    const ForceTable& table = joint_.force[static_cast<std::size_t>(m)];
+    if (!table.empty()) P[m] += h * table.mean(range(m, r)[0], range(m, r)[1]);
+    P[m] += h * joint_.friction[m] * slides_[m];
+  }
+  return P;
+}
+
+Matrix6 JointBody::slope(const Vector6& r, double h) const {
+  const Matrix6 &K = joint_.stiffness, &C = joint_.damping;
+  const bool at_end = is_static_ || joint_.is_late;
+  Matrix6 A = is_static_       ? K
+              : is_newmark()   ? Matrix6(0.5 * h * K + C)
+              : joint_.is_late ? Matrix6(h * K + 1.5 * C)
+                               : Matrix6(0.25 * h * K + 0.5 * C);
+  // Of a gap and of a slip: so small that a motion makes no force, so large that a force is no
+  // round-off
+  constexpr double of_gap = 1e-4, of_slip = 1e-3;
+  for (Index m = 0; m < 6; ++m) {
+    if (!joint_.bends(m)) continue;
+    const ForceTable& table = joint_.force[static_cast<std::size_t>(m)];
+    double least = of_slip * h * joint_.friction[m] / (m < 3 ? joint_.size : 1);
+    if (!table.empty()) {
+      // d mean / d r: all of the end where the range is one point, else the end's share
+      const double share = at_end ? 2 : is_newmark() ? 1 : 0.5;
+      A(m, m) += h * share * table.mean_slope(range(m, r)[0], range(m, r)[1]);
+      least = std::max(least, of_gap * h * table.steepest());
+    }
+    A(m, m) = std::max(A(m, m), least);
+    if (!(joint_.friction[m] > 0) || slides_[m] != 0) continue;
+    A.row(m).setZero();
+    A.col(m).setZero();
+  }
+  return A;
+}
+
 Matrix6 JointBody::answer(double h) const {
   if (joint_.is_mass()) return (is_newmark() ? 0.5 * h : h) * inverse_mass_;
-  const Matrix6 &K = joint_.stiffness, &C = joint_.damping;
-  if (is_newmark()) return inverse_where_not_zero(0.5 * h * K + C);
-  return inverse_where_not_zero(joint_.is_late ? Matrix6(h * K + 1.5 * C)
-                                               : Matrix6(0.25 * h * K + 0.5 * C));
+  return joint_.bends() ? answer_ : inverse_where_not_zero(slope(r_, h));
+}
+
+void JointBody::linearise(Vector6 at, double h) {
+  for (Index m = 0; m < 6; ++m)
+    if (joint_.friction[m] > 0 && slides_[m] == 0) at[m] = is_static_ ? begin_[m] : r_[m];
+  answer_ = inverse_where_not_zero(slope(at, h));
+  r_end_ = at - answer_ * (impulse(at, h) - pushed_);
 }
 
 void JointBody::predict_end() {
   const double h = h_;
-  if (answer_h_ != h) {
-    answer_ = answer(h);
-    answer_h_ = h;
-  }
-  const Matrix6 &K = joint_.stiffness, &C = joint_.damping;
+  is_static_ = false;
   if (joint_.is_mass()) {
+    answer_ = answer(h);
     r_end_ = r_ + h * v_;
     v_end_ = v_;
-  } else if (is_newmark()) {
-    r_end_ = r_ - answer_ * (h * (K * r_));
-  } else if (joint_.is_late) {
-    r_end_ = r_ - answer_ * (h * (K * r_ - 0.5 * (C * v_)));
-  } else {
-    r_end_ = r_ - answer_ * (h * (K * (r_ - 0.25 * last_h_ * v_)) + 0.5 * h * (C * v_));
+    return;
   }
+  pushed_.setZero();
+  if (joint_.bends()) {
+    for (Index m = 0; m < 6; ++m) slides_[m] = (v_[m] > 0) - (v_[m] < 0);
+    linearise(r_ + h * v_, h);
+    is_new_ = answer_ != first_answer_;
+    first_answer_ = answer_;
+    return;
+  }
+  if (answer_h_ != h) answer_ = answer(h);
+  answer_h_ = h;
+  r_end_ = r_ - answer_ * impulse(r_, h);
+}
+
+// Whether friction begins or ceases to slip, by the impulses and the way so far.
+bool JointBody::change_slides(Vector6& at, double h) {
+  constexpr double beyond = 1 + 1e-9;
+  bool any = false;
+  for (Index m = 0; m < 6; ++m) {
+    if (!(joint_.friction[m] > 0)) continue;
+    const double start = is_static_ ? begin_[m] : r_[m];
+    const double held = pushed_[m] - impulse(at, h)[m];
+    const double before = slides_[m];
+    if (before == 0 && std::abs(held) > beyond * h * joint_.friction[m]) {
+      slides_[m] = held > 0 ? 1 : -1;
+    } else if (before * (at[m] - start) < 0) {
+      slides_[m] = 0;
+      at[m] = start;
+    }
+    any |= slides_[m] != before;
+  }
+  return any;
+}
+
+void JointBody::linearise_again() {
+  Vector6 at = r_end_;
+  change_slides(at, h_);
+  linearise(at, h_);
 }
 
 void JointBody::own_take_impulses(Index set, const Impulses& impulses) {
   const Vector6 P = gathered(set, impulses.all);
+  pushed_ += P;
   r_end_ += answer_ * P;
   v_end_ += inverse_mass_ * P;
+}
+
+double JointBody::spring_energy(const Vector6& r) const {
+  double energy = 0.5 * r.dot(joint_.stiffness * r);
+  for (Index m = 0; m < 6; ++m)
+    if (const ForceTable& table = joint_.force[static_cast<std::size_t>(m)]; !table.empty())
+      energy += table.energy(r[m]);
+  return energy;
 }
 
 // What springs store and dashpots take is what the bodies that they join have done on them, to the
@@ -128,7 +233,13 @@ void JointBody::own_accept() {
     const bool at_end = is_newmark() || joint_.is_late;
     const Vector6 rates = at_end ? v_end_ : Vector6(0.5 * (v_ + v_end_));
     const double energy = spring_energy(at_end ? r_end_ : Vector6(0.5 * (r_ + r_end_)));
-    const double lost = h_ * rates.dot(joint_.damping * rates);
+    double lost = h_ * rates.dot(joint_.damping * rates);
+    if (joint_.friction.maxCoeff() > 0) {
+      Vector6 rubbed = pushed_;
+      slides_.setZero();
+      rubbed -= impulse(r_end_, h_);
+      lost += (joint_.friction.array() > 0).select(rubbed, 0).dot(rates);
+    }
     work_.contact += energy - energy_ + lost;
     work_.damping -= lost;
     energy_ = energy;
@@ -169,12 +280,42 @@ NodeResponse JointBody::own_response(Index set, double h) const {
   return response_of(set, answer(h));
 }
 
-Matrix6 JointBody::compliance() const { return inverse_where_not_zero(joint_.stiffness); }
+Matrix6 JointBody::stiffness() const {
+  Matrix6 K = joint_.stiffness;
+  for (Index m = 0; m < 6; ++m)
+    if (const ForceTable& table = joint_.force[static_cast<std::size_t>(m)]; !table.empty())
+      K(m, m) += table.slope(r_[m]);
+  return K;
+}
+
+Matrix6 JointBody::largest_stiffness() const {
+  Matrix6 K = joint_.stiffness;
+  for (Index m = 0; m < 6; ++m)
+    if (const ForceTable& table = joint_.force[static_cast<std::size_t>(m)]; !table.empty())
+      K(m, m) += table.steepest();
+  return K;
+}
+
+Matrix6 JointBody::compliance() const {
+  Matrix6 K = stiffness();
+  for (Index m = 0; m < 6; ++m) {
+    if (!(joint_.friction[m] > 0)) continue;
+    K.row(m).setZero();
+    K.col(m).setZero();
+  }
+  return inverse_where_not_zero(K);
+}
 
 // Inertia has no part in equilibrium: a mass goes where its point goes.
 void JointBody::own_relax(double, double) {
-  r_end_ = joint_.is_mass() ? r_ : Vector6(Vector6::Zero());
+  is_static_ = true;
   pushed_.setZero();
+  if (joint_.bends()) {
+    linearise(r_, 1);
+  } else {
+    answer_ = joint_.is_mass() ? Matrix6(Matrix6::Zero()) : compliance();
+    r_end_ = joint_.is_mass() ? r_ : Vector6(Vector6::Zero());
+  }
 }
 
 // Of a mass: each of its coordinates, rotations such that they have the same inertia.
@@ -205,25 +346,34 @@ FloatingForces JointBody::floating_forces() const {
 
 void JointBody::float_by(const Vector& move) { r_end_ += floating() * move; }
 
-NodeResponse JointBody::own_static_response(Index set) const {
-  return response_of(set, joint_.is_mass() ? Matrix6(Matrix6::Zero()) : compliance());
-}
+NodeResponse JointBody::own_static_response(Index set) const { return response_of(set, answer_); }
 
 void JointBody::own_add_static_forces(Index set, const Points& forces) {
   const Vector6 P = gathered(set, forces);
   pushed_ += P;
-  if (!joint_.is_mass()) r_end_ += compliance() * P;
+  r_end_ += answer_ * P;
 }
 
 Settled JointBody::own_settle() {
   const Vector6 move = r_end_ - r_;
+  Settled settled{2 * spring_energy(move), 2 * spring_energy(r_end_)};
+  if (joint_.bends()) {
+    settled.change = move.dot(slope(r_, 1) * move);
+    // What begins to slip changes by its force over the size of the bodies
+    const Vector6 before = slides_;
+    if (change_slides(r_end_, 1))
+      settled.change += joint_.size * joint_.friction.dot((slides_ - before).cwiseAbs());
+  }
   r_ = r_end_;
-  return {2 * spring_energy(move), 2 * spring_energy(r_)};
+  return settled;
 }
 
 void JointBody::own_end_load_step() {
-  work_.contact += spring_energy(r_) - energy_;
+  const double lost = joint_.friction.dot((r_ - begin_).cwiseAbs());
+  work_.contact += spring_energy(r_) - energy_ + lost;
+  work_.damping -= lost;
   energy_ = spring_energy(r_);
+  begin_ = r_;
 }
 
 void JointBody::own_start_motion(double h, const std::vector<BodyLoad>&) {
@@ -261,6 +411,7 @@ void JointBody::own_coordinates(Vector& q, Vector& rates) const {
 
 void JointBody::own_keep_state(StateArchive& archive) {
   archive(r_, v_, h_, last_h_, energy_, work_);
+  if (joint_.bends()) archive(first_answer_, slides_, begin_);
   if (follows_) archive(maps_[0], maps_[1]);
 }
 

@@ -7,24 +7,32 @@
 #include <string>
 #include <vector>
 
+#include "common/base/force_table.hpp"
 #include "dynamics/motion/body.hpp"
 
 namespace cbr {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-// Translation and rotation at a place, in axes of the joint. Either mass, or springs and dashpots
-// from `at` to the nodes; what has neither does not answer. All three are symmetric and positive
-// definite but for rows of zeros.
+// Translation and rotation at a place, in axes of the joint. Either mass, or springs, dashpots,
+// tables and dry friction from `at` to the nodes; what has neither does not answer. The matrices
+// are symmetric and positive definite but for rows of zeros.
 struct Joint {
   std::string name;
   Vector3 at = Vector3::Zero();        // undeformed, scene axes
   Matrix3 axes = Matrix3::Identity();  // rows: the joint's, scene axes
   Matrix6 mass = Matrix6::Zero(), stiffness = Matrix6::Zero(), damping = Matrix6::Zero();
-  Vector6 rates = Vector6::Zero();  // of a mass at the start, axes of the joint
+  std::array<ForceTable, 6> force;     // over each motion
+  Vector6 friction = Vector6::Zero();  // force or moment of dry friction on each motion
+  double size = 1;                     // reference length of the joined bodies
+  Vector6 rates = Vector6::Zero();     // of a mass at the start, axes of the joint
   // springs to bodies without mass at the interface, which take impulses at the ends of steps
   bool is_late = false;
   bool is_mass() const { return !mass.isZero(0); }
+  bool bends(Index m) const {
+    return !force[static_cast<std::size_t>(m)].empty() || friction[m] > 0;
+  }
+  bool bends() const;
 };
 
 // Node 0 moves by the translation, node 1 by the rotation, both from `at`; impulses on node 1 are
@@ -37,12 +45,22 @@ struct Joint {
 // rbar the middle of a step, to round-off with masses that move so. Late ones act at the end of a
 // step: p_n = h K r_{n+1} + h C (3 v_n - v_{n-1}) / 2. Under Newmark impulses last, and p = h K
 // (r_n + r_{n+1}) / 2 + C (r_{n+1} - r_n).
+//
+// A table F gives the mean of F between the middles of the last step and of this one (late: F at
+// r_{n+1}; Newmark: the mean over the step), which keeps the integral of F as energy in the same
+// way. Friction sticks, r_{n+1} = r_n, or slides with its force against r_{n+1} - r_n. Both are
+// linear about the predicted r_{n+1}; the group's links are closed by Newton's method,
+// linearise_again().
 class JointBody final : public Body {
  public:
   JointBody(Joint joint, Scheme scheme);
 
   const Joint& joint() const { return joint_; }
-  Matrix6 compliance() const;  // K^-1 over the motions that have springs, else 0; axes of the joint
+  // Of small motions from here, axes of the joint: tables by their slopes; and the inverse over the
+  // motions that have springs, else 0, as friction sticks.
+  Matrix6 stiffness() const;
+  Matrix6 compliance() const;
+  Matrix6 largest_stiffness() const;  // tables by their steepest slopes
   Matrix6 in_scene_axes(const Matrix6& A) const;
   // Of a link whose ends turn, before each step: what takes its translation (node 0) or rotation
   // (node 1) to the scene's axes from now on, in the place of joint().axes.
@@ -50,6 +68,11 @@ class JointBody final : public Body {
   // translation and rotation, axes of the joint: now, and at the end of the step
   const Vector6& stretch() const { return r_; }
   const Vector6& stretch_at_end() const { return r_end_; }
+
+  // Of a law that bends: whether the response of this step differs from that of the last one; and
+  // the law and its response about the end of the step as it is known now.
+  bool has_new_response() const { return is_new_; }
+  void linearise_again();
 
   double largest_frequency() const override { return 0; }
 
@@ -83,6 +106,13 @@ class JointBody final : public Body {
   void take_plan(const BodyPlan&) override {}  // what loads a point acts on the body that has it
   void predict_end() override;
   bool is_newmark() const { return scheme() == Scheme::newmark; }
+  // Of springs and dashpots: the impulse on the nodes in a step, or the static force, that ends at
+  // r, its derivative, and r_end_ with pushed_ if it is linear about `at`; axes of the joint.
+  Vector6 impulse(const Vector6& r, double h) const;
+  Matrix6 slope(const Vector6& r, double h) const;
+  void linearise(Vector6 at, double h);
+  std::array<double, 2> range(Index m, const Vector6& r) const;  // of a table, for a step to r
+  bool change_slides(Vector6& at, double h);
   Matrix6 answer(double h) const;  // of r_end_ to impulses, axes of the joint
   Matrix floating() const;         // R of Body::relax(), 6 x k
   NodeResponse response_of(Index set, const Matrix6& A) const;
@@ -91,7 +121,7 @@ class JointBody final : public Body {
   }
   void fill(const Vector6& r, Index set, Points& x) const;
   Vector6 gathered(Index set, const Points& impulses) const;  // axes of the joint
-  double spring_energy(const Vector6& r) const { return 0.5 * r.dot(joint_.stiffness * r); }
+  double spring_energy(const Vector6& r) const;
 
   Joint joint_;
   std::vector<std::vector<Index>> sets_;
@@ -101,10 +131,14 @@ class JointBody final : public Body {
   std::array<Matrix3, 2> maps_;  // once it follows
   Vector6 r_ = Vector6::Zero(), r_end_ = Vector6::Zero(), v_ = Vector6::Zero(),
           v_end_ = Vector6::Zero();
-  Vector6 pushed_ = Vector6::Zero();  // statics: forces of this iteration
+  Vector6 pushed_ = Vector6::Zero();  // impulses of this step; statics: forces of this iteration
+  // Of friction: 0 sticks, else the sign of the slip; where statics began to slip
+  Vector6 slides_ = Vector6::Zero(), begin_ = Vector6::Zero();
+  bool is_static_ = false, is_new_ = false;
   double last_h_ = 0, answer_h_ = 0;
-  Matrix6 answer_ = Matrix6::Zero();  // answer(answer_h_)
-  double energy_ = 0;                 // of the springs, as it is booked
+  Matrix6 answer_ = Matrix6::Zero();        // answer(answer_h_), or of linearise()
+  Matrix6 first_answer_ = Matrix6::Zero();  // of a law that bends: at the start of this step
+  double energy_ = 0;                       // of the springs, as it is booked
   BodyWork work_;
 };
 

@@ -27,6 +27,8 @@ constexpr Index new_searches = 10;
 constexpr double nothing = 1e-12;
 // Relative to positions: smaller motions are round-off.
 constexpr double round_off = 1e-14;
+// The same after `patience` iterations, for bodies that a link moves without a force.
+constexpr double still = 1e-12;
 // Relative to the smallest motion worth a search: allowed drift of unconstrained motions.
 constexpr double drift = 1e-9;
 // Relative to the acting forces: largest imbalance of a floating body.
@@ -186,6 +188,9 @@ void Equilibrium::start_iteration(double t, double share) {
     forces.push_back(body->floating_forces());
   }
   if (first_.empty()) number_floating(forces);
+  for (std::size_t c = 0; c < sim_.contact_nodes.size(); ++c)
+    if (const ContactNodes& nodes = sim_.contact_nodes[c]; bends(c))
+      state_.bodies[c].response = sim_.bodies[nodes.body]->static_response(nodes.set);
   loads_.setZero(first_.back() + static_cast<Index>(bolts_.size()));
   largest_load_ = 0;
   for (std::size_t b = 0; b < forces.size(); ++b) {
@@ -352,6 +357,11 @@ void Equilibrium::solve_group(const std::vector<Index>& pairs, const std::vector
   std::vector<FunctionsOfSearch> searches = functions_of(sim_, group);
   for (std::size_t s = 0; s < searches.size(); ++s)
     if (!takes_functions(group, s)) searches[s].functions = nullptr;
+  // W is of other springs
+  if (std::any_of(group.bodies.begin(), group.bodies.end(), [&](Index b) {
+        return b < static_cast<Index>(forces_.size()) && bends(static_cast<std::size_t>(b));
+      }))
+    memories_[pairs.front()] = StaticMemory();
   StaticResult result =
       enforce_static(group.list, group.laws, group.guess, floating_, columns, loads_, largest_load_,
                      most_way_, state_.bodies, searches, memories_[pairs.front()]);
@@ -416,6 +426,8 @@ bool Equilibrium::is_done(const Change& change) {
     return change.change <= share * share * scale &&
            change.moved <= std::max(share * change.displaced, drift * first_way());
   };
+  // Without forces there is no balance but of round-off
+  if (iteration_ >= patience && change.moved <= still * reach_) return true;
   if (change.balances && iteration_ > 1) {
     if (stands(aim) || change.moved <= round_off * reach_) return true;
     // No elastic change: unconstrained motions drift by round-off

@@ -135,9 +135,12 @@ class Equilibrium {
   // 1, those of bolts last. Forces on them without contact, and their motions in this load step
   std::vector<FloatingNodes> floating_;
   std::vector<Index> first_;
-  Vector loads_, moves_, left_;             // left_: forces without balance in this iteration
-  std::vector<Slide> slides_;               // per body, in this load step
-  double largest_load_ = 0;                 // the largest force that adds to one of them
+  Vector loads_, moves_, left_;  // left_: forces without balance in this iteration
+  std::vector<Slide> slides_;    // per body, in this load step
+  double largest_load_ = 0;      // the largest force that adds to one of them
+  bool bends(std::size_t contact) const {
+    return sim_.bodies[sim_.contact_nodes[contact].body]->facts().bends;
+  }
   std::map<Index, StaticMemory> memories_;  // by the first pair of the island
   // For this load step: largest motion allowed; per pair the closed points, now and in the previous
   // iteration

@@ -22,7 +22,7 @@ void keep_pair(StateArchive& archive, ContactPair& pair) {
   archive(state.penetration, state.residual, state.recent_penetration, state.recent_residual,
           state.friction_change, state.n_fallbacks, state.n_function_steps, state.n_unknowns,
           state.most_unknowns);
-  if (pair.wall)
+  if (pair.wall || pair.driven)
     archive(state.wall_work, state.wall_friction_work, state.wall_force, state.wall_friction);
   archive(state.has_touched, state.is_active, state.kept, state.largest_area);
 }

@@ -229,7 +229,7 @@ void Recorder::record_energy(const std::vector<char>& resting, double friction) 
     if (now.rotation > small_rotation && !series.turned_at) series.turned_at = result_.time.back();
   }
   for (const ContactPair& pair : sim_.pairs) {
-    if (!pair.wall) continue;
+    if (!pair.wall && !pair.driven) continue;
     const PairState& seen = pair.seen();
     external += seen.wall_work + seen.wall_friction_work;
     contact -= seen.wall_work;

@@ -145,6 +145,145 @@ TEST_P(Joints, AStiffBushingIsStable) {
   }
 }
 
+// A gap of 0.01 to both sides of 0, then k: flights at the speed v and half sines, and all energy
+// back.
+TEST_P(Joints, AGapBetweenTwoMasses) {
+  const double gap = 0.01, v = 0.02, omega = std::sqrt(softened(8) / (mass / 2)),
+               pi = std::numbers::pi;
+  const auto expected = [&](double t) {
+    const double half = 2 * gap / v + pi / omega, in_half = std::fmod(t + gap / v, half),
+                 side = std::fmod(t + gap / v, 2 * half) < half ? 1 : -1, s = in_half - 2 * gap / v;
+    return side * (s < 0 ? v * in_half - gap : gap + v / omega * std::sin(omega * s));
+  };
+  for (const std::string& integrator : integrators()) {
+    Jointed scene{.kind = GetParam(), .velocities = {"[0.01, 0, 0]", "[-0.01, 0, 0]"}};
+    scene.more =
+        "links:\n  - {between: [a.tip, b.base], force: {x: [[-0.02, -0.08], [-0.01, 0], [0.01, 0], "
+        "[0.02, 0.08]]}}\n";
+    scene.time = "end: 6, " + integrator;
+    const Ran ran = folder.run(yaml(scene));
+    const auto apart = [&](std::size_t i) {
+      return moved(ran, "a.tip", 0)(i) - moved(ran, "b.base", 0)(i);
+    };
+    EXPECT_LT(worst(ran, apart, expected), 2e-3 * gap) << integrator;
+    EXPECT_LT(test::energy_residual(ran.result), 1e-9) << integrator;
+    for (std::size_t i = 0; i < ran.result.time.size(); ++i)
+      EXPECT_LT((at(ran.body("a").momentum, i) + at(ran.body("b").momentum, i)).norm(), 1e-12);
+    EXPECT_LT(std::abs(ran.result.work_contact.back()), 5e-3 * ran.result.total.front());
+  }
+}
+
+// Dry friction stops a bar after v^2 / 2 a, and it stays there: m v^2 / 2 is gone.
+TEST_P(Joints, FrictionStopsASlider) {
+  const double v = 0.1, a = 0.2 / mass, way = v * v / (2 * a);
+  for (const std::string& integrator : integrators()) {
+    Jointed scene{.kind = GetParam(),
+                  .bars = 1,
+                  .velocities = {"[0.1, 0, 0]", ""},
+                  .output = "every: 0.1, history: [a.base]"};
+    scene.more =
+        "links:\n  - {between: [a.base, ground], fix: [y, z, rx, ry, rz], friction: {x: 0.2}}\n";
+    scene.time = "end: 3, " + integrator;
+    const Ran ran = folder.run(yaml(scene));
+    const auto expected = [&](double t) { return t < v / a ? v * t - a * t * t / 2 : way; };
+    EXPECT_LT(worst(ran, moved(ran, "a.base", 0), expected), 2e-3 * way) << integrator;
+    EXPECT_LT(test::energy_residual(ran.result), 1e-9) << integrator;
+    EXPECT_NEAR(ran.result.work_damping.back(), -0.5 * mass * v * v, 1e-2 * 0.5 * mass * v * v)
+        << integrator;
+  }
+}
+
+// In equilibrium a free bar goes through the gap of 0.5, along 8 and then 80 of a spring; friction
+// takes its part.
+TEST_P(Joints, ATableHoldsInEquilibrium) {
+  const auto moves_by = [&](double force, const std::string& more = "") {
+    Jointed scene{.kind = GetParam(),
+                  .bars = 1,
+                  .time = "end: 1, step: 0.25, static: true",
+                  .output = "history: [a.base]"};
+    scene.more =
+        "loads:\n  - {instance: a, point: base, force: [" + text(force) +
+        ", 0, 0]}\nlinks:\n  - {between: [a.base, ground], fix: [y, z, rx, ry, rz], force: "
+        "{x: [[-0.5, 0], [0.5, 0], [1.5, 8], [2.5, 88]]}" +
+        more + "}\n";
+    const Ran ran = folder.run(yaml(scene));
+    const double way = moved(ran, "a.base", 0)(ran.result.time.size() - 1);
+    if (way > 0.1) EXPECT_LT(test::energy_residual(ran.result), 1e-9);
+    return way;
+  };
+  EXPECT_NEAR(moves_by(4), 1, 1e-6);
+  EXPECT_NEAR(moves_by(48), 2, 1e-6);
+  EXPECT_NEAR(moves_by(128), 3, 1e-6);
+  EXPECT_NEAR(moves_by(6, ", friction: {x: 2}"), 1, 1e-6);
+  EXPECT_NEAR(moves_by(1.5, ", friction: {x: 2}"), 0, 1e-9);
+}
+
+// A bar lands on a wall with a pressure of 8 per depth, or with that beyond a depth of 0.005: half
+// a sine, and back as fast.
+TEST_P(Joints, AContactHasItsStiffness) {
+  if (GetParam().starts_with("massless")) return;  // see docs/formats.md, "Limits"
+  const double v = 0.02, omega = std::sqrt(8 / mass), pi = std::numbers::pi;
+  for (const double soft : {0.0, 0.005}) {
+    const std::string stiffness =
+        soft > 0 ? "[[0, 0], [" + text(soft) + ", 0], [" + text(soft + 1) + ", 8]]" : "8";
+    const double gap = 0.01 + soft;
+    const auto expected = [&](double t) {
+      const double s = t - gap / v;
+      return s < 0            ? v * t
+             : omega * s < pi ? gap + v / omega * std::sin(omega * s)
+                              : gap - v * (s - pi / omega);
+    };
+    for (const std::string integrator : {"exact", "central-difference"}) {
+      Jointed scene{.kind = GetParam(), .bars = 1, .velocities = {"[0.02, 0, 0]", ""}};
+      scene.more =
+          "walls: {w: {plane: {point: [4.01, 0, 0], normal: [-1, 0, 0]}}}\n"
+          "contact:\n  - {between: [a.x_max, w], enforcement: penalty, stiffness: " +
+          stiffness + "}\n";
+      scene.time = "end: 4, integrator: " + integrator;
+      scene.output = "every: 0.1, history: [a.tip]";
+      const Ran ran = folder.run(yaml(scene));
+      EXPECT_LT(worst(ran, moved(ran, "a.tip", 0), expected), 2e-3 * v / omega)
+          << integrator << soft;
+      EXPECT_LT(test::energy_residual(ran.result), 1e-9);
+    }
+  }
+  Jointed scene{.kind = GetParam(), .bars = 1, .velocities = {"[0.02, 0, 0]", ""}};
+  scene.more =
+      "walls: {w: {plane: {point: [4.01, 0, 0], normal: [-1, 0, 0]}}}\n"
+      "contact:\n  - {between: [a.x_max, w], enforcement: penalty, stiffness: 1e12}\n";
+  scene.output = "every: 0.1";
+  EXPECT_THROW(folder.run(yaml(scene)), RunError);
+}
+
+// A support that moves by a table drags the bar: its end is there, and its work is all of the bar's
+// energy.
+TEST_P(Joints, TheGroundOfALinkMoves) {
+  for (const std::string& integrator : integrators()) {
+    Jointed scene{.kind = GetParam(), .bars = 1, .output = "every: 0.1, history: [a.base]"};
+    scene.more =
+        "links:\n  - {between: [a.base, ground], velocity: [0.1, 0, 0], history: {time: [0, 1], "
+        "value: [0, 1]}}\n";
+    scene.time = "end: 2, " + integrator;
+    const Ran ran = folder.run(yaml(scene));
+    const auto expected = [](double t) { return t < 1 ? 0.05 * t * t : 0.05 + 0.1 * (t - 1); };
+    EXPECT_LT(worst(ran, moved(ran, "a.base", 0), expected), 1e-8) << integrator;
+    EXPECT_LT(test::energy_residual(ran.result), 1e-9) << integrator;
+    EXPECT_NEAR(ran.result.work_external.back(), ran.result.total.back(),
+                2e-3 * ran.result.total.back())
+        << integrator;
+  }
+  Jointed scene{.kind = GetParam(),
+                .bars = 1,
+                .time = "end: 1, step: 0.5, static: true",
+                .output = "history: [a.base]"};
+  scene.more =
+      "links:\n  - {between: [a.base, ground], displacement: [0.1, 0, 0], rotation: [0, 0, 2], "
+      "history: {time: [0, 1], value: [0, 1]}}\n";
+  const Ran ran = folder.run(yaml(scene));
+  EXPECT_NEAR(moved(ran, "a.base", 0)(ran.result.time.size() - 1), 0.1, 1e-9);
+  EXPECT_NEAR(last(ran.monitor("a.base").rotation, 2), std::numbers::pi / 90, 1e-9);
+}
+
 // In equilibrium the point of a free body goes by K^-1 times the force and the moment on it: K
 // full, and in axes of the link.
 TEST_P(Joints, ABushingHoldsByItsMatrix) {
@@ -310,7 +449,9 @@ TEST_P(Joints, RestartsGoOnBitForBit) {
       "base: {surface: x_min}, tip: {surface: x_max, coupling: rigid, mass: 1, inertia: [1, 2, 3]}";
   scene.more =
       "links:\n  - {between: [a.tip, b.base], stiffness: [8, 1e4, 1e4, 1e3, 1e3, 0], damping: [1, "
-      "0, 0, 0, 0, 2]}\n";
+      "0, 0, 0, 0, 2], friction: {rx: 0.01}}\n  - {between: [a.base, ground], force: {x: [[0, 0], "
+      "[0.001, 0], [0.002, 0.4]]}}\n  - {between: [b.tip, ground], fix: [z], velocity: [0, 0, "
+      "0.02]}\n";
   for (const std::string& integrator : integrators()) {
     scene.time = "end: 0.5, " + integrator;
     std::optional<std::vector<Index>> saved;
@@ -327,6 +468,7 @@ TEST_P(Joints, RestartsGoOnBitForBit) {
     const Ran again = folder.run(yaml(scene), going_on);
     EXPECT_EQ(whole.result.total, again.result.total) << integrator;
     EXPECT_EQ(whole.result.work_damping, again.result.work_damping) << integrator;
+    EXPECT_EQ(whole.result.work_external, again.result.work_external) << integrator;
     EXPECT_EQ(whole.monitor("a.tip").mean_position.values,
               again.monitor("a.tip").mean_position.values)
         << integrator;
@@ -414,6 +556,12 @@ TEST_P(Joints, WhatCannotBeIsRefusedByName) {
   EXPECT_NE(link("stiffness: [1, 2]").find("expected six numbers"), std::string::npos);
   EXPECT_NE(link("stiffness: [1, -1, 0, 0, 0, 0]").find("links[0].stiffness"), std::string::npos);
   EXPECT_NE(link("stiffness: [0, 0, 0, 0, 0, 0]").find("leave it out"), std::string::npos);
+  EXPECT_NE(link("force: {x: [[0, 0]]}").find("at least two rows"), std::string::npos);
+  EXPECT_NE(link("force: {x: [[0, 0], [0, 1]]}").find("an x above 0"), std::string::npos);
+  EXPECT_NE(link("force: {rz: [[0, 1], [1, 0]]}").find("falls below"), std::string::npos);
+  EXPECT_NE(link("friction: {x: 1}, fix: [x]").find("holds x, which has"), std::string::npos);
+  EXPECT_NE(link("fix: [y], velocity: [1, 0, 0]").find("prescribes x, which 'fix' leaves free"),
+            std::string::npos);
   EXPECT_NE(link("stiffness: [1, 0, 0, 0, 0, 0], fix: [x]").find("holds x, which has a spring"),
             std::string::npos);
   EXPECT_NE(

@@ -251,5 +251,137 @@ TEST_F(TurningMechanisms, ALoopOfHingesTurns) {
   EXPECT_LT(test::energy_residual(ran.result), 1e-11);
 }
 
+// A bar from (x, y) on along an angle: its base is there.
+std::string bar_at(const char* name, double x, double y, double angle, const std::string& more) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  return std::string("  ") + name + ": {component: block, rotation: [0, 0, " +
+         text(angle * 180 / std::numbers::pi) +
+         "], position: " + text(Vector3(x + 0.1 * s, y - 0.1 * c, 0)) + more + "}\n";
+}
+
+const std::string hinge = ", fix: [x, y, z, rx, ry]}\n";
+
+// A crank at 4 rad/s on a connecting rod, whose end slides along x: x = l cos a + sqrt(l^2 - l^2
+// sin^2 a), twice l cos a for rods of one length; from 60 degrees to 20.
+TEST_F(TurningMechanisms, ASliderCrankHasItsStroke) {
+  const double l = 0.4, begin = std::numbers::pi / 3, rate = -4, end = 0.17;
+  const Vector3 spin(0, 0, rate);
+  for (const std::string as : {"rigid", "superelement", "mesh"}) {
+    const Vector3 pin(l * std::cos(begin), l * std::sin(begin), 0);
+    const Vector3 a = spin.cross(0.5 * pin),
+                  b = spin.cross(pin) +
+                      Vector3(0, 0, -rate).cross(Vector3(pin[0] / 2, -pin[1] / 2, 0));
+    const Ran ran =
+        run({.instances =
+                 bar_at("a", 0, 0, begin,
+                        ", as: rigid, angular_velocity: " + text(spin) + ", velocity: " + text(a)) +
+                 bar_at("b", pin[0], pin[1], -begin,
+                        ", as: " + as + ", angular_velocity: " + text(Vector3(-spin)) +
+                            ", velocity: " + text(b)),
+             .links = "  - {between: [a.base, ground], angular_velocity: " + text(spin) +
+                      "}\n  - {between: [a.tip, b.base]" + hinge +
+                      "  - {between: [b.tip, ground], fix: [y]}\n",
+             .time = "end: " + text(end) + ", step: " + (as == "rigid" ? "5.0e-4" : "auto"),
+             .output = "every: 0.01, history: [a.tip, b.tip]",
+             .component = reduced});
+    for (std::size_t i = 0; i < ran.result.time.size(); ++i) {
+      const double angle = begin + rate * ran.result.time[i];
+      const Vector3 tip(l * std::cos(angle), l * std::sin(angle), 0.05),
+          slider(2 * l * std::cos(angle), 0, 0.05);
+      EXPECT_LT((at(ran.monitor("a.tip").mean_position, i) - tip).norm(), 1e-11) << as << i;
+      EXPECT_LT((at(ran.monitor("b.tip").mean_position, i) - slider).norm(),
+                as == "rigid" ? 1e-11 : 2e-4)
+          << as << i;
+    }
+    EXPECT_LT(test::energy_residual(ran.result), 1e-9) << as;
+    // but for the impulses at the first step
+    EXPECT_NEAR(ran.result.work_external.back(), ran.result.total.back() - ran.result.total.front(),
+                1e-2 * ran.result.total.front())
+        << as;
+  }
+}
+
+// A crank through two whole turns in a four-bar linkage (0.4, 1.2, 0.8; ground 1.3): the coupler's
+// end is where the circles meet.
+TEST_F(TurningMechanisms, AFourBarLinkageFollowsItsCrank) {
+  const double l = 0.4, ground = 1;
+  // Coupler of two blocks and rocker of two blocks, welded in rows: each 0.8 long
+  const auto meet = [&](const Vector3& pin) -> Vector3 {
+    const Vector3 apart = Vector3(ground, 0, 0) - pin;
+    const double d = apart.norm(), h = std::sqrt(0.64 - d * d / 4);
+    return pin + apart / 2 + h / d * Vector3(-apart[1], apart[0], 0);
+  };
+  const Vector3 pin(l, 0, 0), joint = meet(pin);
+  const double up = std::atan2(joint[1], joint[0] - l),
+               down = std::atan2(joint[1], joint[0] - ground);
+  const auto row = [&](const char* first, const char* second, const Vector3& at, double angle) {
+    const Vector3 along(0.4 * std::cos(angle), 0.4 * std::sin(angle), 0);
+    return bar_at(first, at[0], at[1], angle, ", as: rigid") +
+           bar_at(second, at[0] + along[0], at[1] + along[1], angle, ", as: rigid");
+  };
+  const Ran ran = run({.instances = bar_at("a", 0, 0, 0, ", as: rigid") + row("b", "c", pin, up) +
+                                    row("d", "e", Vector3(ground, 0, 0), down),
+                       .links = "  - {between: [a.base, ground], rotation: [0, 0, 720], history: "
+                                "{time: [0, 0.5, 1], value: [0, 0.4, 1]}}\n"
+                                "  - {between: [a.tip, b.base]" +
+                                hinge +
+                                "  - {between: [b.tip, c.base]}\n  - {between: [d.tip, e.base]}\n"
+                                "  - {between: [d.base, ground]" +
+                                hinge + "  - {between: [c.tip, e.tip]" + hinge,
+                       .time = "end: 1, step: 5.0e-4",
+                       .output = "every: 0.05, history: [a.tip, c.tip]"});
+  double most = 0;
+  for (std::size_t i = 0; i < ran.result.time.size(); ++i) {
+    const Vector3 tip = at(ran.monitor("a.tip").mean_position, i) - Vector3(0, 0, 0.05);
+    EXPECT_NEAR(tip.norm(), l, 1e-11);
+    EXPECT_LT((at(ran.monitor("c.tip").mean_position, i) - Vector3(0, 0, 0.05) - meet(tip)).norm(),
+              1e-10)
+        << i;
+    most = std::max(most, tip[1]);
+  }
+  EXPECT_GT(most, 0.35);
+  EXPECT_LT((at(ran.monitor("a.tip").mean_position, 20) - Vector3(l, 0, 0.05)).norm(), 1e-10);
+  EXPECT_LT(test::energy_residual(ran.result), 1e-9);
+}
+
+// A rod swings against a spring of 20 degrees on: a half sine in the stop, and back.
+TEST_F(TurningMechanisms, AHingeHasStopsAndFriction) {
+  const double w = 2, stop = std::numbers::pi / 9, inertia = J + mass * arm * arm, omega = 40,
+               k = omega * omega * inertia;
+  const std::string table = "[[" + text(-stop - 1) + ", " + text(-k) + "], [" + text(-stop) +
+                            ", 0], [" + text(stop) + ", 0], [" + text(stop + 1) + ", " + text(k) +
+                            "]]";
+  const auto swings = [&](const std::string& more, double end, double step) {
+    return run({.instances = "  a: {component: block, as: rigid, angular_velocity: [0, 0, " +
+                             text(w) + "], velocity: [0, " + text(w * arm) + ", 0]}\n",
+                .links = "  - {between: [a.base, ground], fix: [x, y, z, rx, ry], " + more + "}\n",
+                .time = "end: " + text(end) + ", step: " + text(step),
+                .output = "every: " + text(end / 20) + ", history: [a.base]"});
+  };
+  std::array<double, 2> errors{};
+  const double end = 2 * stop / w + std::numbers::pi / omega;
+  for (std::size_t j = 0; j < 2; ++j) {
+    const Ran ran = swings("force: {rz: " + table + "}", end, end / (400 << j));
+    for (std::size_t i = 0; i < 21; ++i) {
+      const double t = ran.result.time[i], s = t - stop / w;
+      const double angle = s < 0                          ? w * t
+                           : s < std::numbers::pi / omega ? stop + w / omega * std::sin(omega * s)
+                                                          : w * (end - t);
+      errors[j] = std::max(errors[j], std::abs(at(ran.monitor("a.base").rotation, i)[2] - angle));
+    }
+    EXPECT_LT(test::energy_residual(ran.result), 1e-11);
+  }
+  EXPECT_LT(errors[1], 1e-3 * stop);
+  EXPECT_LT(errors[1], 0.5 * errors[0]);
+  // M / I = 4: it stops after half a second and half a radian
+  const Ran rubs = swings("friction: {rz: " + text(4 * inertia) + "}", 1, 1e-3);
+  for (std::size_t i = 0; i < 21; ++i) {
+    const double t = rubs.result.time[i];
+    EXPECT_NEAR(at(rubs.monitor("a.base").rotation, i)[2], t < 0.5 ? w * t - 2 * t * t : 0.5, 1e-3);
+  }
+  EXPECT_LT(test::energy_residual(rubs.result), 1e-11);
+  EXPECT_NEAR(rubs.result.work_damping.back(), -0.5 * inertia * w * w, 2e-3 * inertia * w * w);
+}
+
 }  // namespace
 }  // namespace cbr::turning_mechanisms_test

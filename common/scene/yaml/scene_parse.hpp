@@ -76,6 +76,9 @@ void read_motions(const SceneNode& node, const SceneReading& reading, std::span<
 std::string motions_text(std::span<const bool> fix);
 // {time: [...], value: [...]}, {file: CSV} or {sine: {...}}: a table in each case.
 void read_history(const SceneNode& node, const SceneReading& reading, History& history);
+// [[x, force], ...] with at least two entries: x ascends, and the force never falls.
+void read_force_table(const SceneNode& node, ForceTable& table);
+std::string force_table_text(const ForceTable& table);  // empty: no table
 std::string history_text(const History& history);
 // Keys displacement, velocity and acceleration, or by `turn_words` the rotations of these kinds.
 // parse_motion() reads them.

@@ -99,6 +99,11 @@ void check_enforcement(const SceneMap& map, const ContactOptions& contact) {
     map.at("damping").fail(
         "damping is that of the springs of 'enforcement: penalty': use it, or remove 'damping'");
   }
+  if (!contact.stiffness.empty() && (!is_penalty || contact.damping > 0))
+    map.at("stiffness")
+        .fail(
+            "is that of the springs of 'enforcement: penalty' without 'damping': use it, or remove "
+            "one of them");
   if (contact.restitution > 1)
     map.at("restitution")
         .fail("found " + number_text(contact.restitution) + ", expected a share from 0 to 1");
@@ -160,6 +165,22 @@ void check_statics(const SceneMap& map, ContactOptions& contact) {
   const std::string key = contact.interference != 0 ? "interference" : "overlap";
   if (contact.tied && (contact.interference != 0 || contact.resolves_overlap))
     map.at(key).fail("tied surfaces keep their distance, remove 'tied' or '" + key + "'");
+}
+
+// A pressure per depth, or a table of both.
+void read_contact_stiffness(const SceneNode& node, const SceneReading&, ForceTable& table) {
+  if (node.is_scalar()) {
+    table = {{0, 1}, {0, node.number(positive)}};
+    return;
+  }
+  read_force_table(node, table);
+  if (table.at.front() != 0 || table.force.front() < 0 || !(table.force.back() > 0))
+    node.fail("is no pressure over depth: expected rows from the depth 0 on, and pressures from 0");
+}
+
+std::string contact_stiffness_text(const ForceTable& table) {
+  const bool is_linear = table.at == std::vector<double>{0, 1} && table.force.front() == 0;
+  return is_linear ? number_text(table.force.back()) : force_table_text(table);
 }
 
 void read_pressures(const SceneNode& node, const SceneReading&, std::optional<Index>& pressures) {
@@ -268,6 +289,7 @@ std::vector<SceneKey> scene_keys(ContactOptions& c) {
           {"formulation", OneWord{c.formulation, formulation_words}},
           {"enforcement", OneWord{c.enforcement, enforcement_words}},
           {"friction", Own{c.friction, read_friction, friction_text}},
+          {"stiffness", Own{c.stiffness, read_contact_stiffness, contact_stiffness_text}},
           {"damping", Number{c.damping, not_negative}},
           {"restitution", Number{c.restitution, not_negative}},
           {"pressures", Own{c.pressures, read_pressures, pressures_text}},

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "common/base/error.hpp"
+#include "common/base/number_text.hpp"
 #include "common/base/text_lines.hpp"
 #include "common/scene/yaml/scene_parse.hpp"
 
@@ -130,6 +131,29 @@ void read_history(const SceneNode& node, const SceneReading& reading, History& h
   history = file != nullptr   ? read_csv(resolve_path(*file, reading.folder), *file)
             : sine != nullptr ? sample_sine(*sine, reading)
                               : parse_table(map);
+}
+
+void read_force_table(const SceneNode& node, ForceTable& table) {
+  for (const SceneNode& row : node.list()) {
+    const std::vector<double> pair = row.numbers();
+    if (pair.size() != 2)
+      row.fail("has " + std::to_string(pair.size()) + " numbers, expected two: [x, force]");
+    if (!table.empty() && !(pair[0] > table.at.back()))
+      row.fail("does not ascend: expected an x above " + number_text(table.at.back()));
+    if (!table.empty() && pair[1] < table.force.back())
+      row.fail("falls below the force before it, which has no one answer: expected at least " +
+               number_text(table.force.back()));
+    table.at.push_back(pair[0]);
+    table.force.push_back(pair[1]);
+  }
+  if (table.at.size() < 2) node.fail("expected at least two rows [x, force]");
+}
+
+std::string force_table_text(const ForceTable& table) {
+  std::vector<std::string> rows;
+  for (std::size_t i = 0; i < table.at.size(); ++i)
+    rows.push_back(yaml_numbers({table.at[i], table.force[i]}));
+  return table.empty() ? "" : yaml_list(rows);
 }
 
 std::string history_text(const History& history) {

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "common/base/error.hpp"
+#include "common/base/number_text.hpp"
 #include "common/scene/yaml/scene_parse.hpp"
 
 namespace cbr {
@@ -82,15 +83,72 @@ void read_inertia(const SceneNode& node, const SceneReading&, Matrix3& inertia) 
   require_definite(node, inertia);
 }
 
+// A value for some motions: {x: ..., rz: ...}.
+template <typename Take>
+void read_by_motion(const SceneNode& node, const Take& take) {
+  const SceneMap map = node.map(std::vector<std::string>(motion_names, motion_names + 6));
+  for (std::size_t m = 0; m < 6; ++m)
+    if (const SceneNode* value = map.find(motion_names[m])) take(m, *value);
+}
+
+void read_forces(const SceneNode& node, const SceneReading&, std::array<ForceTable, 6>& force) {
+  read_by_motion(node,
+                 [&](std::size_t m, const SceneNode& value) { read_force_table(value, force[m]); });
+}
+
+void read_frictions(const SceneNode& node, const SceneReading&, std::array<double, 6>& friction) {
+  read_by_motion(
+      node, [&](std::size_t m, const SceneNode& value) { friction[m] = value.number(positive); });
+}
+
+// Values as {x: ..., rz: ...}; empty texts are left out.
+template <typename Text>
+std::string by_motion_text(const Text& text) {
+  std::string all;
+  for (std::size_t m = 0; m < 6; ++m)
+    if (const std::string one = text(m); !one.empty())
+      all += (all.empty() ? "{" : ", ") + motion_names[m] + ": " + one;
+  return all.empty() ? all : all + "}";
+}
+
+std::string forces_text(const std::array<ForceTable, 6>& force) {
+  return by_motion_text([&](std::size_t m) { return force_table_text(force[m]); });
+}
+
+std::string frictions_text(const std::array<double, 6>& friction) {
+  return by_motion_text(
+      [&](std::size_t m) { return friction[m] > 0 ? number_text(friction[m]) : std::string(); });
+}
+
+// What is prescribed is fixed: a joint of all motions but those that springs leave.
+void take_motion(const SceneMap& map, const SceneReading& reading, LinkOptions& link) {
+  GivenMotion given = parse_motion(map, reading);
+  for (std::size_t m = 0; m < 6; ++m) {
+    const bool turns = m >= 3;
+    const Vector3& value = turns ? given.turn : given.value;
+    if (value[static_cast<Index>(m % 3)] == 0 || link.fix[m]) continue;
+    map.at(turns ? word_of(turn_words, given.motion) : word_of(motion_words, given.motion))
+        .fail("prescribes " + motion_names[m] +
+              ", which 'fix' leaves free: add it to 'fix', or "
+              "give 0 there");
+  }
+  link.motion = given.motion;
+  link.value = given.value;
+  link.turn = given.turn;
+  link.history = std::move(given.history);
+}
+
 // A motion is held or sprung, not both. With springs nothing is held unless it is named.
 void check_springs(const SceneMap& map, LinkOptions& link) {
-  if (map.find("stiffness") == nullptr && map.find("damping") == nullptr) return;
+  const auto is_given = [&](const char* key) { return map.find(key) != nullptr; };
+  if (!is_given("stiffness") && !is_given("damping") && !is_given("force") && !is_given("friction"))
+    return;
   const SceneNode* fix = map.find("fix");
   if (fix == nullptr) link.fix.fill(false);
   for (std::size_t m = 0; m < 6; ++m)
     if (link.fix[m] && link.is_sprung(m))
       fix->fail("holds " + motion_names[m] +
-                ", which has a spring or a dashpot too: give it one of the two");
+                ", which has a spring, a dashpot or friction too: give it one of the two");
 }
 
 void refuse_twice(const SceneNode& node, const LinkOptions& link, const Scene& scene) {
@@ -157,11 +215,18 @@ std::vector<SceneKey> scene_keys(LinkOptions& link) {
   };
   const auto axes = [](const Matrix3& of) { return of.isIdentity(0) ? "" : yaml_rows(of); };
   const bool fixes_any = std::any_of(link.fix.begin(), link.fix.end(), std::identity());
-  return {{"between", Own{link, read_ends, ends}, true, true},
-          {"fix", Own{link.fix, read_motions, motions_text}, fixes_any},
-          {"stiffness", Own{link.stiffness, read_six, six_text}},
-          {"damping", Own{link.damping, read_six, six_text}},
-          {"axes", Own{link.axes, read_link_axes, axes}}};
+  std::vector<SceneKey> keys{{"between", Own{link, read_ends, ends}, true, true},
+                             {"fix", Own{link.fix, read_motions, motions_text}, fixes_any},
+                             {"stiffness", Own{link.stiffness, read_six, six_text}},
+                             {"damping", Own{link.damping, read_six, six_text}},
+                             {"force", Own{link.force, read_forces, forces_text}},
+                             {"friction", Own{link.friction, read_frictions, frictions_text}},
+                             {"axes", Own{link.axes, read_link_axes, axes}}};
+  const bool moves = link.value != Vector3::Zero(), turns = link.turn != Vector3::Zero();
+  add_motion_keys(keys, motion_words, moves ? link.motion : SupportMotion::none, link.value);
+  add_motion_keys(keys, turn_words, turns ? link.motion : SupportMotion::none, link.turn);
+  keys.push_back({"history", Own{link.history, history_text}});
+  return keys;
 }
 
 void parse_links(const SceneNode& node, SceneReading& reading) {
@@ -170,6 +235,7 @@ void parse_links(const SceneNode& node, SceneReading& reading) {
     link.source = item.source();
     const SceneMap map = read_keys(item, scene_keys(link), reading);
     check_springs(map, link);
+    take_motion(map, reading, link);
     refuse_twice(map.at("between"), link, reading.scene);
     reading.scene.links.push_back(link);
   });

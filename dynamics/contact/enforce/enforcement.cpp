@@ -167,7 +167,7 @@ Points settle_unknowns(const ContactList& list, const std::vector<PointLaw>& law
 }
 
 EnforcementResult enforce_penalty(const ContactList& list, const std::vector<PointLaw>& laws,
-                                  double h, double x, double damping,
+                                  double h, double x, const PenaltyLaw& law,
                                   std::vector<ContactBody>& bodies, PenaltyMemory& memory,
                                   Points& elastic_slip) {
   const Index m = static_cast<Index>(list.points.size());
@@ -175,16 +175,22 @@ EnforcementResult enforce_penalty(const ContactList& list, const std::vector<Poi
     const GapResponse W = gap_response(list, laws, bodies);
     const double lambda = all_finite(W) ? largest_eigenvalue(W) : HUGE_VAL;
     if (!std::isfinite(lambda)) return {Points::Zero(m, 3), gaps(list), HUGE_VAL};
-    fit_spring(lambda, h, x, damping, memory);
+    memory.most_stiffness = lambda > 0 ? (4 - x * x) / (h * lambda) : HUGE_VAL;
+    fit_spring(lambda, h, x, law.damping, memory);
     memory.n_seen = m;
   }
   EnforcementResult result{
       Points::Zero(m, 3),
       gaps(list)};  // without this step's impulses: bounds the penetration at the end
-  const double k = memory.stiffness, c = memory.dashpot;
+  const bool is_given = !law.pressure.empty();
+  const double c = memory.dashpot, steepest = is_given ? law.share * law.pressure.steepest() : 0;
   for (Index i = 0; i < m; ++i) {
     const ContactPoint& point = list.points[i];
-    if (point.start_gap < 0)
+    const double k = is_given ? steepest * point.area : memory.stiffness;
+    if (is_given && k > memory.most_stiffness) return {Points::Zero(m, 3), gaps(list), HUGE_VAL};
+    if (is_given && point.start_gap < 0)
+      result.p(i, 0) = h * law.share * point.area * law.pressure.value(-point.start_gap);
+    else if (point.start_gap < 0)
       result.p(i, 0) =
           h * std::max(0.0, -k * point.start_gap - c * (point.gap[0] - point.start_gap) / h);
     if (laws[i].law != ContactLaw::coulomb) continue;

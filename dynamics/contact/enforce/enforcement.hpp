@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/base/force_table.hpp"
 #include "dynamics/contact/enforce/contact_unknowns.hpp"
 #include "dynamics/contact/response/body_moves.hpp"
 #include "dynamics/contact/solve/contact_solver.hpp"
@@ -92,9 +93,10 @@ Points settle_unknowns(const ContactList& list, const std::vector<PointLaw>& law
 
 // State of a penalty pair, kept between steps.
 struct PenaltyMemory {
-  double stiffness = 0;  // k, force per length and point; 0: not yet found
-  double dashpot = 0;    // c, force per velocity and point
-  Index n_seen = 0;      // largest number of points so far
+  double stiffness = 0;              // k, force per length and point; 0: not yet found
+  double dashpot = 0;                // c, force per velocity and point
+  Index n_seen = 0;                  // largest number of points so far
+  double most_stiffness = HUGE_VAL;  // beyond it a step is unstable
 };
 
 // `penalty`: p_n = h max(0, -k g - c g') with g at the start of the step and g' in it. Let x =
@@ -103,11 +105,18 @@ struct PenaltyMemory {
 // zeta sqrt(k h / lambda_max) it is stable for s + 4 zeta sqrt(s) <= 4 - x^2. s is penalty_share of
 // that limit: at the limit a contact lasts one step, at a fifth of it 3.4 or more. k is set at the
 // first contact and reduced only when the number of points grows, so that a contact keeps its
-// spring. `x` < 2. Friction: tangential springs k with extension `elastic_slip` (points x 3, scene
-// axes, at the start of the step), which slide at mu p_n.
+// spring. A given `pressure` over depth, per area of the points and times `share`, takes the place
+// of k; with a steepest slope beyond the stable limit p is infinite. `x` < 2. Friction: tangential
+// springs k with extension `elastic_slip` (points x 3, scene axes, at the start of the step), which
+// slide at mu p_n.
 constexpr double penalty_share = 0.2;
+struct PenaltyLaw {
+  double damping = 0;
+  ForceTable pressure = {};  // empty: none
+  double share = 1;
+};
 EnforcementResult enforce_penalty(const ContactList& list, const std::vector<PointLaw>& laws,
-                                  double h, double x, double damping,
+                                  double h, double x, const PenaltyLaw& law,
                                   std::vector<ContactBody>& bodies, PenaltyMemory& memory,
                                   Points& elastic_slip);
 

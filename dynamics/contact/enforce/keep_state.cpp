@@ -6,7 +6,7 @@
 namespace cbr {
 
 void keep_state(StateArchive& archive, PenaltyMemory& memory) {
-  archive(memory.stiffness, memory.dashpot, memory.n_seen);
+  archive(memory.stiffness, memory.dashpot, memory.n_seen, memory.most_stiffness);
 }
 
 void keep_state(StateArchive& archive, ImpulseMemory& memory) {

@@ -97,7 +97,7 @@ std::string contact_line(const BuiltScene& built, Index p) {
   if (pair.law.law == ContactLaw::coulomb)
     line << ", friction " << pair.law.friction << (pair.friction.varies() ? " at rest" : "");
   if (pair.restitution > 0) line << ", restitution " << pair.restitution;
-  if (pair.damping > 0) line << ", damping " << pair.damping;
+  if (pair.penalty.damping > 0) line << ", damping " << pair.penalty.damping;
   line << "; largest area in contact " << pair.seen().largest_area;
   if (pair.law.law != ContactLaw::tied) line << penetration_text(pair);
   if (pair.enforcement == Enforcement::impulse)

@@ -120,7 +120,7 @@ void energy_warning(const BuiltScene& built, const RunResult& result, Report& re
   bool has_mortar = false, has_springs = false;
   for (const ContactPair& pair : built.simulation.pairs) {
     has_mortar |= pair.formulation == Formulation::mortar && pair.law.law != ContactLaw::tied;
-    has_springs |= pair.enforcement == Enforcement::penalty && pair.damping == 0;
+    has_springs |= pair.enforcement == Enforcement::penalty && pair.penalty.damping == 0;
   }
   report.warning(
       format_text(

@@ -132,15 +132,18 @@ void book(Simulation& sim, const ContactGroup& group, const EnforcementResult& r
 namespace {
 
 struct WallImpulse {
-  Vector3 normal = Vector3::Zero(), friction = Vector3::Zero();  // scene axes
+  Vector3 normal = Vector3::Zero(), friction = Vector3::Zero();  // scene axes, or rows of a link
 };
 
-WallImpulse wall_impulse(const ContactGroup& group, const ContactSearch& of,
+WallImpulse wall_impulse(const Simulation& sim, const ContactGroup& group, const ContactSearch& of,
                          const Points& impulses) {
   WallImpulse sum;
+  const bool is_link = sim.pairs[of.pair].driven != nullptr;  // its rows
   for (auto i = of.first; i < of.last; ++i) {
     const ContactPoint& point = group.list.points[i];
     const Vector3 p = impulses.row(static_cast<Index>(i)).transpose();
+    if (is_link) sum.normal += p;
+    if (is_link) continue;
     sum.normal += p[0] * point.normal();
     sum.friction += point.frame.bottomRows<2>().transpose() * p.tail<2>();
   }
@@ -151,8 +154,6 @@ void add_wall_work(const WallImpulse& impulse, const Vector3& way, PairState& st
   state.wall_work += impulse.normal.dot(way);
   state.wall_friction_work += impulse.friction.dot(way);
 }
-
-bool has_moving_wall(const ContactPair& pair) { return pair.wall && pair.wall->moves(); }
 
 const BodyFacts& facts_of(const Simulation& sim, Index contact) {
   return sim.bodies[sim.contact_nodes[contact].body]->facts();
@@ -172,13 +173,17 @@ void book_walls(Simulation& sim, const ContactGroup& group, const EnforcementRes
                 double h, const ContactState& state) {
   for (const ContactSearch& of : group.searches) {
     ContactPair& pair = sim.pairs[of.pair];
-    if (!has_moving_wall(pair)) continue;
+    if (pair.shift() == nullptr) continue;
     PairState& now = pair.state();
-    const RigidWall::Shift& shift = pair.wall->shift();
-    const WallImpulse impulse = wall_impulse(group, of, result.p);
+    const RigidWall::Shift& shift = *pair.shift();
+    const WallImpulse impulse = wall_impulse(sim, group, of, result.p);
     const Vector3 velocity = shift.way() / h;
-    now.wall_work += impulse.normal.dot(velocity);
     const Index body = pair.slave->body;
+    const bool between =
+        facts_of(sim, body).scheme != Scheme::newmark && !facts_of(sim, body).kicks_at_end;
+    // Impulses of links last, and so act between two steps
+    now.wall_work += impulse.normal.dot(
+        pair.driven && between ? Vector3(0.5 * (velocity + shift.way_before / h)) : velocity);
     if (facts_of(sim, body).kicks_at_end) {
       now.wall_friction_work += 0.5 * (impulse.friction + h * now.wall_friction).dot(velocity);
       now.wall_friction = impulse.friction / h;
@@ -226,9 +231,9 @@ void book_friction(const Simulation& sim, double h, bool is_static, ContactState
 // Work of the mean force over a load step: half by the force at its start, half by that at its end.
 void book_last_forces_of_walls(Simulation& sim) {
   for (ContactPair& pair : sim.pairs) {
-    if (!has_moving_wall(pair)) continue;
+    if (pair.shift() == nullptr) continue;
     PairState& state = pair.state();
-    add_wall_work({state.wall_force, state.wall_friction}, 0.5 * pair.wall->shift().way(), state);
+    add_wall_work({state.wall_force, state.wall_friction}, 0.5 * pair.shift()->way(), state);
     state.wall_force.setZero();
     state.wall_friction.setZero();
   }
@@ -241,25 +246,25 @@ static void change_force_of_wall(const Simulation& sim, ContactPair& pair, const
   // In central differences impulses do work with the mean of the adjacent rates
   const double ahead = body.is_exact() ? body.lasting_share() * h : 0;
   const Vector3 all = force.normal + force.friction;
-  state.wall_work += ahead * (all - state.wall_force).dot(pair.wall->shift().way()) / h;
+  state.wall_work += ahead * (all - state.wall_force).dot(pair.shift()->way()) / h;
   state.wall_force = all;
 }
 
 void book_lasting_forces_of_walls(Simulation& sim, const ContactGroup& group, const Points& p,
                                   double h) {
   for (const ContactSearch& of : group.searches)
-    if (ContactPair& pair = sim.pairs[of.pair]; has_moving_wall(pair))
-      change_force_of_wall(sim, pair, wall_impulse(group, of, p), h);
+    if (ContactPair& pair = sim.pairs[of.pair]; pair.shift() != nullptr && !pair.driven)
+      change_force_of_wall(sim, pair, wall_impulse(sim, group, of, p), h);
 }
 
 void end_lasting_forces_of_walls(Simulation& sim, const ContactOutcome& outcome, double h) {
   for (const Index p : outcome.searched)
     if (ContactPair& pair = sim.pairs[p];
-        has_moving_wall(pair) && !outcome.near[p] && pair.has_state()) {
+        pair.shift() != nullptr && !pair.driven && !outcome.near[p] && pair.has_state()) {
       change_force_of_wall(sim, pair, {}, h);
       PairState& state = pair.state();
       if (facts_of(sim, pair.slave->body).kicks_at_end)
-        state.wall_friction_work += 0.5 * state.wall_friction.dot(pair.wall->shift().way());
+        state.wall_friction_work += 0.5 * state.wall_friction.dot(pair.shift()->way());
       state.wall_friction.setZero();
     }
 }
@@ -268,9 +273,9 @@ void book_walls_in_statics(Simulation& sim, const ContactGroup& group,
                            const EnforcementResult& result) {
   for (const ContactSearch& of : group.searches) {
     ContactPair& pair = sim.pairs[of.pair];
-    if (!has_moving_wall(pair)) continue;
-    const WallImpulse force = wall_impulse(group, of, result.p);
-    add_wall_work(force, 0.5 * pair.wall->shift().way(), pair.state());
+    if (pair.shift() == nullptr) continue;
+    const WallImpulse force = wall_impulse(sim, group, of, result.p);
+    add_wall_work(force, 0.5 * pair.shift()->way(), pair.state());
     pair.state().wall_force = force.normal;
     pair.state().wall_friction = force.friction;
   }

@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "common/base/error.hpp"
 #include "common/base/row_threads.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "dynamics/run/contact/contact_booking.hpp"
@@ -126,7 +127,7 @@ EnforcementResult enforce(Simulation& sim, ContactGroup& group, double h, Contac
             : enforce_and_rebound(sim, group, h, state, *memory);
   balance_moments(sim, group, result.p, state);
   deliver(sim, group, nodal, h, state, outcome);
-  if (holds_what_turns(sim, group)) close_what_turns(sim, group, h, state, result);
+  if (does_not_close(sim, group)) close_links(sim, group, h, state, result);
   return result;
 }
 
@@ -254,9 +255,11 @@ class Islands {
 
   // Computes data shared by bodies, in one thread.
   void get_ready(Island& island) {
+    const bool is_new = renew_springs(sim_, island.group, state_);
     prepare(sim_, h_, island.group, state_);
     const Index p = island.pairs->front();
     if (sim_.pairs[p].enforcement != Enforcement::nodal) island.memory = &state_.islands[p];
+    if (is_new) island.memory->h = 0;  // W is of other springs
   }
 
   void push(Island& island) {
@@ -319,7 +322,11 @@ void push_springs(Simulation& sim, Index p, double h, bool initial, ContactState
   springs.slip = elastic_slips(group);
   springs.motion = normal_motions(group, state);
   springs.result = enforce_penalty(group.list, group.laws, h, largest_frequency(sim, group) * h,
-                                   pair.damping, state.bodies, pair.state().penalty, springs.slip);
+                                   pair.penalty, state.bodies, pair.state().penalty, springs.slip);
+  if (!pair.penalty.pressure.empty() && std::isinf(springs.result.residual))
+    throw RunError(pair.source->text() + ": contact " + pair.name +
+                   ": its 'stiffness' is too high for the step: take a smaller time.step, or "
+                   "'impulse' for hard surfaces");
   deliver(sim, group, false, h, state, outcome);
   book(sim, group, springs.result, state, outcome);
   book_walls(sim, group, springs.result, h, state);

@@ -74,7 +74,8 @@ void add_part(const ContactGroup& group, const ContactSearch& of, bool by_slots,
 // then violate the sum of momenta, unless they act from the start of the run.
 bool takes_lasting_forces(const Simulation& sim, const ContactPair& pair,
                           const PairMemory& memory) {
-  if (pair.joint >= 0) return false;  // forces of its springs act in the middle of steps
+  // Forces of its springs act in the middle of steps
+  if (pair.joint >= 0 || pair.driven) return false;
   const auto body = [&](const ContactSurface& surface) -> Body& {
     return *sim.bodies[sim.contact_nodes[surface.body].body];
   };

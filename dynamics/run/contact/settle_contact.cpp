@@ -19,6 +19,13 @@ struct Holding {
   Points walls;  // velocities of walls at the points
 };
 
+// Velocity at the end of the partner whose motion is given, scene axes.
+Vector3 given_velocity(const ContactPair& pair, const ContactPoint& point) {
+  const RigidWall::Shift* shift = pair.shift();
+  if (shift == nullptr) return Vector3::Zero();
+  return pair.driven ? Vector3(point.frame.transpose() * shift->velocity) : shift->velocity;
+}
+
 Holding holding_points(const Simulation& sim, const ContactGroup& group, const Points& p) {
   Holding of;
   for (const ContactSearch& search : group.searches)
@@ -28,8 +35,9 @@ Holding holding_points(const Simulation& sim, const ContactGroup& group, const P
   for (Index row = 0; const ContactSearch& search : group.searches) {
     if (sim.pairs[search.pair].yields) continue;
     const auto n = static_cast<Index>(search.last - search.first);
-    if (const auto& wall = sim.pairs[search.pair].wall)
-      of.walls.middleRows(row, n).rowwise() = wall->shift().velocity.transpose();
+    for (Index i = 0; i < n; ++i)
+      of.walls.row(row + i) = given_velocity(
+          sim.pairs[search.pair], group.list.points[search.first + static_cast<std::size_t>(i)]);
     row += n;
   }
   if (of.places.size() == group.list.points.size()) {

@@ -120,11 +120,13 @@ Turned held(const TurningLink& link, const Matrix3& Q) {
 }
 
 // Relative rotation in the pair's rows, first end to the other, axes of the link. before: of a
-// spring, its rotation so far.
-Turned turned_by(const ContactPair& pair, const Ends& ends, const Vector3& before) {
+// spring, its rotation so far; given: the prescribed one.
+Turned turned_by(const ContactPair& pair, const Ends& ends, const Vector3& before,
+                 const Vector3& given) {
   const TurningLink& link = *pair.turning;
-  // Rotation of the other end relative to the carrier, in axes of the link
-  const Matrix3 Q = link.axes * ends.C.transpose() * ends.D * link.axes.transpose();
+  // Rotation of the other end relative to the carrier, in axes of the link, beyond the given one
+  const Matrix3 Q = link.axes * ends.C.transpose() * ends.D * link.axes.transpose() *
+                    rotation_of(ends.side * given).transpose();
   Turned of;
   if (!pair.yields) {
     of = held(link, Q);
@@ -183,9 +185,11 @@ void locate_joint(const Simulation& sim, const ContactPair& pair, ContactState& 
 Vector3 link_separation(const Simulation& sim, const ContactPair& pair, const ContactState& state) {
   const TurningLink& link = *pair.turning;
   const Ends ends = ends_of(sim, link, true, state);
-  Vector3 value = link.of_rotations
-                      ? turned_by(pair, ends, stretch(sim, pair)).value
-                      : Vector3(link.axes * ends.C.transpose() * (ends.first.x - ends.second.x));
+  const Vector3 given = pair.driven ? pair.driven->shift.end : Vector3(Vector3::Zero());
+  Vector3 value =
+      link.of_rotations
+          ? turned_by(pair, ends, stretch(sim, pair), given).value
+          : Vector3(link.axes * ends.C.transpose() * (ends.first.x - ends.second.x) - given);
   value -= stretch_at_end(sim, pair);
   for (std::size_t d = 0; d < 3; ++d)
     if (!link.is_on[d]) value[static_cast<Index>(d)] = 0;
@@ -199,7 +203,8 @@ Matrix3 aim_link(Simulation& sim, const ContactPair& pair, ContactState& state) 
   const Ends ends = ends_of(sim, link, false, state);
   const Matrix3 axes = link.axes * ends.C.transpose();
   Matrix3 rows = axes;
-  if (link.of_rotations) rows = turned_by(pair, ends, stretch(sim, pair)).rows * axes;
+  const Vector3 given = pair.driven ? pair.driven->shift.start : Vector3(Vector3::Zero());
+  if (link.of_rotations) rows = turned_by(pair, ends, stretch(sim, pair), given).rows * axes;
   if (link.slides >= 0) {
     const ContactNodes& nodes = sim.contact_nodes[link.first.contact];
     sim.bodies[nodes.body]->points()->slide(
@@ -229,7 +234,18 @@ Vector3 separation(const Simulation& sim, const ContactPair& pair, std::size_t i
     const ContactTerm& term = of.ties.terms[t];
     r += term.coefficient * state.bodies[term.body].end.row(term.node).transpose();
   }
-  return point.frame * r;
+  return pair.driven ? Vector3(point.frame * r - pair.driven->shift.end) : point.frame * r;
+}
+
+bool renew_springs(const Simulation& sim, const ContactGroup& group, ContactState& state) {
+  bool any = false;
+  for (const Index b : group.bodies) {
+    const Body& body = *sim.bodies[sim.contact_nodes[b].body];
+    if (!body.facts().bends || !static_cast<const JointBody&>(body).has_new_response()) continue;
+    state.bodies[b].response_h = 0;
+    any = true;
+  }
+  return any;
 }
 
 void balance_moments(const Simulation& sim, const ContactGroup& group, const Points& p,
@@ -256,12 +272,13 @@ void balance_moments(const Simulation& sim, const ContactGroup& group, const Poi
   }
 }
 
-bool holds_what_turns(const Simulation& sim, const ContactGroup& group) {
+bool does_not_close(const Simulation& sim, const ContactGroup& group) {
   const bool holds = std::any_of(
       group.searches.begin(), group.searches.end(),
       [&](const ContactSearch& of) { return sim.pairs[of.pair].law.law == ContactLaw::tied; });
   return holds && std::any_of(group.bodies.begin(), group.bodies.end(), [&](Index b) {
-           return sim.bodies[sim.contact_nodes[b].body]->turns();
+           const Body& body = *sim.bodies[sim.contact_nodes[b].body];
+           return body.turns() || body.facts().bends;
          });
 }
 
@@ -306,12 +323,19 @@ Holds holds_of(const Simulation& sim, const ContactGroup& group) {
   return holds;
 }
 
-// Largest relative separation; fills the gaps of the list.
-double separate(const Simulation& sim, const ContactGroup& group, Holds& holds,
+// Largest relative separation, with springs that bend about their present ends; fills the gaps of
+// the list.
+double separate(const Simulation& sim, const ContactGroup& group, double h, Holds& holds,
                 ContactState& state) {
   for (const Index b : group.bodies) {
     const ContactNodes& nodes = sim.contact_nodes[b];
-    sim.bodies[nodes.body]->predicted_positions(nodes.set, state.bodies[b].end);
+    Body& body = *sim.bodies[nodes.body];
+    if (body.facts().bends) {
+      static_cast<JointBody&>(body).linearise_again();
+      state.bodies[b].response = body.response(nodes.set, h);
+      state.bodies[b].response_h = 0;
+    }
+    body.predicted_positions(nodes.set, state.bodies[b].end);
   }
   double worst = 0;
   for (std::size_t i = 0; i < holds.points.size(); ++i) {
@@ -336,16 +360,23 @@ void push(Simulation& sim, const ContactGroup& group, ContactState& state) {
 
 }  // namespace
 
-void close_what_turns(Simulation& sim, const ContactGroup& group, double h, ContactState& state,
-                      EnforcementResult& result) {
+void close_links(Simulation& sim, const ContactGroup& group, double h, ContactState& state,
+                 EnforcementResult& result) {
   // Relative separations: round-off, and the limit of a solution
   constexpr double closed = 1e-13, open = 1e-7;
   constexpr int most = 40;
   Holds holds = holds_of(sim, group);
+  // Newton's method need not come nearer at once where springs pass a corner of their tables
+  const bool bends = std::any_of(group.bodies.begin(), group.bodies.end(), [&](Index b) {
+    return sim.bodies[sim.contact_nodes[b].body]->facts().bends;
+  });
+  const int patience = bends ? 12 : 0;
   ImpulseMemory memory;
   const Points guess = Points::Zero(static_cast<Index>(holds.points.size()), 3);
-  double before = HUGE_VAL, separated = separate(sim, group, holds, state);
-  for (int k = 0; k < most && separated > closed && separated < 0.5 * before; ++k) {
+  double before = HUGE_VAL, separated = separate(sim, group, h, holds, state);
+  for (int k = 0; k < most && separated > closed && (separated < 0.5 * before || k < patience);
+       ++k) {
+    if (bends) memory = ImpulseMemory();
     for (const Index b : group.bodies) {
       ContactBody& contact = state.bodies[b];
       contact.impulses.setZero();
@@ -363,7 +394,7 @@ void close_what_turns(Simulation& sim, const ContactGroup& group, double h, Cont
     push(sim, group, state);
     result.p += p;
     before = separated;
-    separated = separate(sim, group, holds, state);
+    separated = separate(sim, group, h, holds, state);
   }
   for (const Index b : group.bodies) sweep(state.bodies[b]);
   if (separated <= open) return;
@@ -372,7 +403,8 @@ void close_what_turns(Simulation& sim, const ContactGroup& group, double h, Cont
   message << "links or ties of '"
           << sim.bodies[sim.contact_nodes[group.bodies.front()].body]->name() << "' come apart by "
           << separated
-          << " of their size in a step: the bodies turn too far in it, take a smaller time.step";
+          << " of their size in a step: the bodies turn too far in it, or springs change too much: "
+             "take a smaller time.step";
   throw RunError(message.str());
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Links and ties of bodies with large rotation.
+// Links and ties of bodies with large rotation, and links whose springs bend.
 #pragma once
 
 #include "dynamics/run/contact/contact_group.hpp"
@@ -22,13 +22,17 @@ Vector3 separation(const Simulation& simulation, const ContactPair& pair, std::s
 void balance_moments(const Simulation& simulation, const ContactGroup& group, const Points& p,
                      ContactState& state);
 
-// Whether the group has ties or links of bodies with large rotation, which linear responses do not
-// close.
-bool holds_what_turns(const Simulation& simulation, const ContactGroup& group);
+// Whether linear responses do not close the group's ties and links: those of bodies with large
+// rotation, and springs that bend (BodyFacts).
+bool does_not_close(const Simulation& simulation, const ContactGroup& group);
+
+// Before responses are requested: drops those of springs that have a new one. Returns whether any
+// has.
+bool renew_springs(const Simulation& simulation, const ContactGroup& group, ContactState& state);
 
 // Closes links and ties at the bodies' new positions after the group's impulses are applied. Adds
 // the impulses to the bodies and to `result`. RunError: no convergence.
-void close_what_turns(Simulation& simulation, const ContactGroup& group, double h,
-                      ContactState& state, EnforcementResult& result);
+void close_links(Simulation& simulation, const ContactGroup& group, double h, ContactState& state,
+                 EnforcementResult& result);
 
 }  // namespace cbr

@@ -21,11 +21,13 @@ const PairState& ContactPair::seen() const {
 }
 
 void Simulation::shift_walls(double from, double to) {
-  for (const auto& [wall, motion] : moving_walls) {
+  const auto shift = [&](const DrivenMotion& motion) -> RigidWall::Shift {
     const Vector3 start = motion.displacement(from);
-    wall->shift({start, motion.displacement(to), motion.velocity(to),
-                 start - motion.displacement(2 * from - to)});
-  }
+    return {start, motion.displacement(to), motion.velocity(to),
+            start - motion.displacement(2 * from - to)};
+  };
+  for (const auto& [wall, motion] : moving_walls) wall->shift(shift(motion));
+  for (const auto& link : driven_links) link->shift = shift(link->motion);
 }
 
 }  // namespace cbr

@@ -51,6 +51,12 @@ struct TurningLink {
   double size = 1;  // reference length of the joined bodies
 };
 
+// Prescribed motion of a link's rows: of its first end relative to the second.
+struct DrivenLink {
+  DrivenMotion motion;          // along, or about, the axes of the link
+  RigidWall::Shift shift = {};  // in this step
+};
+
 // State and results of a pair in a run.
 struct PairState {
   // Slave nodes on master faces, master nodes on slave faces, crossing edges
@@ -74,8 +80,9 @@ struct PairState {
   // Where friction depends on the slip speed: the largest |dmu/dv| / mu in the run, times what
   // friction changed of the slip speed v in a step. Beyond 1 the step is too long for the law.
   double friction_change = 0;
-  // Moving wall: its work on the body by normal impulses and by friction. In statics its forces of
-  // both kinds at the end of the last load step; in motion the sum that lasts, and friction alone
+  // Moving wall, or link with prescribed motion: its work by normal impulses and by friction. In
+  // statics its forces of both kinds at the end of the last load step; in motion the sum that
+  // lasts, and friction alone
   double wall_work = 0, wall_friction_work = 0;
   Vector3 wall_force = Vector3::Zero(), wall_friction = Vector3::Zero();
 };
@@ -101,7 +108,7 @@ struct ContactPair {
   bool may_stand = false;  // see standing_search.hpp
   PointLaw law;            // frictionless, coulomb or tied; friction: at rest
   FrictionLaw friction;
-  double damping = 0;            // penalty
+  PenaltyLaw penalty;
   double restitution = 0;        // impulse, of rigid bodies and walls
   std::optional<double> adjust;  // length, see ContactOptions
   std::optional<Pretension> pretension;
@@ -109,6 +116,7 @@ struct ContactPair {
   // springs of a link: their contact body, in addition to slave and master
   Index joint = -1;
   std::unique_ptr<TurningLink> turning;  // few pairs have one
+  std::shared_ptr<DrivenLink> driven;    // of Simulation::driven_links
   bool yields = false;                   // springs: the joined points may separate
   bool resolves_overlap = false;         // statics remove the initial overlap
   double interference = 0;               // length, see ContactOptions
@@ -118,6 +126,11 @@ struct ContactPair {
   const PairState& seen() const;  // an empty state if none was made
   // largest distance that may count as closed
   double closed_reach() const { return adjust.value_or(0) + std::max(0.0, interference); }
+  // Motion of the partner whose motion is given; null: at rest, or none
+  const RigidWall::Shift* shift() const {
+    if (driven) return &driven->shift;
+    return wall && wall->moves() ? &wall->shift() : nullptr;
+  }
 
  private:
   std::unique_ptr<PairState> state_;
@@ -212,6 +225,7 @@ struct Simulation {
   std::vector<ContactNodes> contact_nodes;
   std::vector<ContactPair> pairs;
   std::vector<MovingWall> moving_walls;
+  std::vector<std::shared_ptr<DrivenLink>> driven_links;
   std::vector<Monitor> monitors;
   std::vector<ReactionWatch> reactions;  // grouped by body
   std::vector<StressWatch> watches;
@@ -221,7 +235,7 @@ struct Simulation {
   Index preload = 0;       // static load steps before the first step
   DetectionOptions detection;
 
-  void shift_walls(double from, double to);  // for a step between these times
+  void shift_walls(double from, double to);  // and links, for a step between these times
 };
 
 }  // namespace cbr

@@ -15,7 +15,7 @@ bool is_hinge(const LinkOptions& link) {
   bool holds = false, lets_go = false;
   for (std::size_t m = 0; m < 3; ++m) {
     holds |= link.fix[m];
-    lets_go |= !link.fix[m + 3] && !link.is_sprung(m + 3);
+    lets_go |= !link.fix[m + 3] && (!link.is_sprung(m + 3) || link.bends(m + 3));
   }
   return holds && lets_go;
 }
@@ -51,7 +51,10 @@ Rotations resolved(const Scene& scene, bool wants_large) {
   if (scene.time->rotations != Rotations::automatic) return scene.time->rotations;
   const bool spins = std::any_of(scene.instances.begin(), scene.instances.end(),
                                  [](const Instance& i) { return !i.angular_velocity.isZero(0); });
-  const bool may = wants_large || any_hangs(scene);
+  const bool drives = std::any_of(scene.links.begin(), scene.links.end(), [](const LinkOptions& l) {
+    return l.motion != SupportMotion::none && !l.turn.isZero(0);
+  });
+  const bool may = wants_large || drives || any_hangs(scene);
   return spins || (may && allows_large(scene)) ? Rotations::large : Rotations::small;
 }
 

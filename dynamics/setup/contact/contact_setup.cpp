@@ -146,7 +146,9 @@ ContactPair pair_of(const ContactEntry& entry, Formulation formulation,
   pair.formulation = entry.wall ? Formulation::node_face : formulation;
   pair.law = law_of(options);
   pair.friction = FrictionLaw(options.friction);
-  pair.damping = options.damping;
+  // Two-way contact has springs at the nodes of both sides
+  pair.penalty = {options.damping, options.stiffness,
+                  formulation == Formulation::two_way ? 0.5 : 1};
   pair.restitution = options.restitution;
   pair.resolves_overlap = options.resolves_overlap;
   pair.interference = options.interference;

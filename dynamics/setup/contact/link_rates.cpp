@@ -101,7 +101,8 @@ LinkRate fastest_link(const BuiltScene& built) {
         hung.mobility = mobility_at(built.simulation, end);
       }
       const Matrix6 A = transport(joint.at - hung.at);
-      hung.stiffness += A.transpose() * link.joint->in_scene_axes(joint.stiffness) * A;
+      hung.stiffness +=
+          A.transpose() * link.joint->in_scene_axes(link.joint->largest_stiffness()) * A;
       hung.damping += A.transpose() * link.joint->in_scene_axes(joint.damping) * A;
     }
   LinkRate fastest;

@@ -2,6 +2,7 @@
 #include "dynamics/setup/contact/contact_setup.hpp"
 
 #include <algorithm>
+#include <numbers>
 #include <utility>
 
 #include "common/base/error.hpp"
@@ -26,6 +27,7 @@ struct PairOptions {
   Matrix3 axes = Matrix3::Identity();
   std::array<bool, 3> is_on{};
   std::optional<TurningLink> turning = {};
+  std::shared_ptr<DrivenLink> driven = {};
 };
 
 std::shared_ptr<const ContactSurface> no_faces(const std::string& name, Index contact) {
@@ -73,6 +75,8 @@ void add_pair(const PairOptions& options, const Slot& a, const Slot& b, const Sl
   add(joint, -1);
   if (joint.node >= 0) pair.joint = joint.contact;
   pair.yields = joint.node >= 0;
+  pair.driven = options.driven;
+  if (options.driven) sim.driven_links.push_back(options.driven);
   if (options.turning) {
     pair.turning = std::make_unique<TurningLink>(*options.turning);
     pair.turning->is_on = options.is_on;
@@ -133,6 +137,9 @@ class LinkMaker {
     joint.axes = link.axes;
     joint.stiffness = link.stiffness;
     joint.damping = link.damping;
+    joint.force = link.force;
+    for (std::size_t m = 0; m < 6; ++m) joint.friction[static_cast<Index>(m)] = link.friction[m];
+    joint.size = size_of(a.translation);
     joint.is_late = is_massless(link.first) || is_massless(link.second);
     const Index contact = add_joint(std::move(joint), index_.scene(), sim_);
     if (turns(index_, link))
@@ -266,7 +273,24 @@ class LinkMaker {
     const ContactNodes& nodes = sim_.contact_nodes[a.translation.contact];
     const Points& X = sim_.bodies[nodes.body]->reference_positions();
     of.at = X.row(nodes.nodes[a.translation.node]).transpose();
-    of.size = (X.colwise().maxCoeff() - X.colwise().minCoeff()).norm();
+    of.size = size_of(a.translation);
+    return of;
+  }
+
+  // Of the body.
+  double size_of(const Slot& slot) const {
+    const Points& X = sim_.bodies[sim_.contact_nodes[slot.contact].body]->reference_positions();
+    return (X.colwise().maxCoeff() - X.colwise().minCoeff()).norm();
+  }
+
+  // The prescribed motion along or about the axes; null: none.
+  std::shared_ptr<DrivenLink> driven(const LinkOptions& link, const Vector3& value) const {
+    if (link.motion == SupportMotion::none || value.isZero(0)) return nullptr;
+    auto of = std::make_shared<DrivenLink>();
+    for (Index axis = 0; axis < 3; ++axis)
+      if (value[axis] != 0)
+        of->motion.axes[static_cast<std::size_t>(axis)].emplace_back(
+            link.motion, value[axis], link.history, 0, *index_.scene().time);
     return of;
   }
 
@@ -284,7 +308,12 @@ class LinkMaker {
       first =
           slot(first.contact, sim_.bodies[i]->points()->translation_node(options.turning->slides));
     }
+    const bool is_spring = joint.translation.node >= 0;
+    if (!is_spring) options.driven = driven(link, link.value);
     add_pair(options, first, b.translation, joint.translation, sim_);
+    const bool is_angle = link.motion == SupportMotion::displacement;
+    options.driven =
+        is_spring ? nullptr : driven(link, (is_angle ? std::numbers::pi / 180 : 1) * link.turn);
     options.name = moment;
     options.is_on = {is_on[3], is_on[4], is_on[5]};
     if (options.turning) {

@@ -95,7 +95,7 @@ bool slides(const SceneIndex& index, const LinkOptions& link) {
   bool any = false, all = true;
   for (std::size_t m = 0; m < 3; ++m) {
     any |= link.fix[m] || link.is_sprung(m);
-    all &= link.fix[m];
+    all &= link.fix[m] && link.value[static_cast<Index>(m)] == 0;
   }
   return any && !all;
 }

@@ -320,6 +320,9 @@ void refuse_open_contact(const Scene& scene) {
   for (const ContactOptions& contact : scene.contact)
     if (!contact.tied && preload_steps(scene) == 0)
       refuse(contact.source, "contact", feature::open_contact, feature::sweep);
+  for (const LinkOptions& link : scene.links)
+    if (link.motion != SupportMotion::none)
+      refuse(link.source, "link '" + link.first.text() + "'", feature::driven_link, feature::sweep);
 }
 
 Vector frequencies(const SweepOptions& sweep) {

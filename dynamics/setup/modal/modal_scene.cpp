@@ -19,7 +19,8 @@ bool is_without_spring(const JointBody& joint, Index node, const Vector3& weight
   if (joint.joint().is_mass()) return false;
   Vector6 motion = Vector6::Zero();
   motion.segment<3>(3 * node) = joint.joint().axes * weight;
-  return (joint.joint().stiffness * motion).isZero(0);
+  const bool sticks = joint.joint().friction.dot(motion.cwiseAbs()) > 0;
+  return !sticks && (joint.stiffness() * motion).isZero(0);
 }
 
 // Adds a row for each component of the relative position of a tied point, except rows of zeros of
@@ -211,7 +212,7 @@ ModalAnswer BodyModes::answer_of_joint(const std::vector<NodalSum>& sums) const 
   if (joint.is_mass()) return answer;
   answer.S = {B * joint_->compliance() * B.transpose()};
   answer.B = B;
-  answer.K = joint.stiffness;
+  answer.K = joint_->stiffness();
   answer.C = joint.damping;
   return answer;
 }

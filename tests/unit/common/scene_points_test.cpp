@@ -55,7 +55,11 @@ TEST(Scene, staticsPointsAndLinksArrive) {
       "{between: [a.tip, ground]}\n"
       "  - {between: [a.base, ground], stiffness: [7, 0, 0, 0, 0, 8], damping: [[0, 0, 0, 0, 0, "
       "0], [0, 3, 0, 0, 1, 0], [0, 0, 0, "
-      "0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 1, 0, 0, 4, 0], [0, 0, 0, 0, 0, 0]]}\n"
+      "0, 0, 0], [0, 0, 0, 0, 0, 0], [0, 1, 0, 0, 4, 0], [0, 0, 0, 0, 0, 0]], force: {x: [[-1, "
+      "-2], [0.5, "
+      "3]], rz: [[0, 0], [1, 6]]}, friction: {rx: 9}}\n"
+      "  - {between: [b.base, ground], velocity: [1, 0, 0], angular_velocity: [0, 2, 0], history: "
+      "{time: [0, 1], value: [0, 1]}}\n"
       "walls:\n  w: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}, velocity: [1, 2, 3], history: "
       "{time: [0, 5], value: [1, 0]}}\n"
       "time: {end: 1, static: true, preload: 3}\n";
@@ -73,6 +77,11 @@ TEST(Scene, staticsPointsAndLinksArrive) {
               base.inertia(1, 2) == 0 && base.inertia(2, 0) == 0.5);
   EXPECT_EQ(scene.links[2].fix, (std::array<bool, 6>{}));
   EXPECT_TRUE(scene.links[2].stiffness(5, 5) == 8 && scene.links[2].damping(4, 1) == 1);
+  EXPECT_EQ(scene.links[2].force[0].force, (std::vector<double>{-2, 3}));
+  EXPECT_EQ(scene.links[2].force[5].at, (std::vector<double>{0, 1}));
+  EXPECT_EQ(scene.links[2].friction[3], 9);
+  EXPECT_TRUE(scene.links[3].motion == SupportMotion::velocity &&
+              scene.links[3].turn == Vector3(0, 2, 0) && scene.links[3].value[0] == 1);
   EXPECT_TRUE(scene.walls[0].motion == SupportMotion::velocity &&
               scene.walls[0].value == Vector3(1, 2, 3));
   EXPECT_EQ(scene.walls[0].history.value, (std::vector<double>{1, 0}));

@@ -151,7 +151,7 @@ TEST_F(ContactSetup, optionsHoldForAllAndGiveWayToAnExplicitEntry) {
     const bool is_explicit = &pair == &scene.simulation.pairs[0];
     EXPECT_EQ(pair.enforcement, Enforcement::penalty);
     EXPECT_EQ(pair.formulation, is_explicit ? Formulation::two_way : Formulation::node_face);
-    EXPECT_EQ(pair.damping, is_explicit ? 0.5 : 0.25);
+    EXPECT_EQ(pair.penalty.damping, is_explicit ? 0.5 : 0.25);
     EXPECT_EQ(pair.adjust.value_or(-1), is_explicit ? -1 : 0.125);
   }
   const ContactPair& pair = scene.simulation.pairs[0];

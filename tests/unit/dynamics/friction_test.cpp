@@ -104,7 +104,7 @@ TEST(Damping, TakesEnergyFromABounce) {
   for (const double damping : {0.0, 0.2, 1.0}) {
     const Strike s = strike(false, false, Vector3(1e-3, 0, 0));
     Simulation sim = two_bodies(s.a, s.b, Enforcement::penalty, 0.5, 0.01, 0.45);
-    sim.pairs[0].damping = damping;
+    sim.pairs[0].penalty.damping = damping;
     const RunResult result = run(sim);
     EXPECT_LT(balance(result).energy, 1e-11);
     EXPECT_LT(balance(result).momentum, 1e-12);
