@@ -14,8 +14,8 @@ BOUNDS = {
     "lines of product": 85167,
     "files of product": 640,
     "lines of python/cbr": 1950,
-    "lines of tests": 64390,
-    "files of tests": 389,
+    "lines of tests": 64441,
+    "files of tests": 390,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 353,
     "classes derived from Body": 4,
