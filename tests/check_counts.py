@@ -11,10 +11,10 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 85167,
+    "lines of product": 85194,
     "files of product": 640,
     "lines of python/cbr": 1950,
-    "lines of tests": 64441,
+    "lines of tests": 64453,
     "files of tests": 390,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 353,

@@ -110,6 +110,14 @@ RigidWall::RigidWall(const WallOptions& options) : options_(options) {
   options_.direction = options.direction.stableNormalized();
 }
 
+double RigidWall::bulge(double size) const {
+  if (is_plane() || options_.inside) return 0;
+  // Half of the diagonal, or of the width along a cylinder's axis
+  const double half = options_.kind == WallOptions::Kind::sphere ? size / std::sqrt(2.0) : size / 2,
+               R = options_.radius;
+  return half < R ? R - std::sqrt(R * R - half * half) : HUGE_VAL;
+}
+
 double RigidWall::distance(const Vector3& x) const {
   if (options_.kind == Kind::plane) return options_.direction.dot(x - options_.point);
   const double beyond = radial(options_, x).norm() - options_.radius;

@@ -27,6 +27,9 @@ class RigidWall {
   void shift(const Shift& shift) { shift_ = shift; }
   const Shift& shift() const { return shift_; }
   bool is_plane() const { return options_.kind == WallOptions::Kind::plane; }
+  // By how much the wall bulges through a flat face of this size between its nodes, which touch it;
+  // HUGE_VAL: it passes between them. 0: a plane, or bodies are inside.
+  double bulge(double size) const;
   double distance(const Vector3& x) const;  // signed; < 0: in the wall
   // unit, out of the wall at the point nearest to x; arbitrary on an axis or at a centre
   Vector3 normal(const Vector3& x) const;

@@ -10,6 +10,7 @@
 
 #include "common/app/report.hpp"
 #include "common/base/error.hpp"
+#include "common/base/format_text.hpp"
 #include "dynamics/contact/enforce/tie.hpp"
 #include "dynamics/setup/contact/contact_sides.hpp"
 #include "dynamics/setup/contact/points.hpp"
@@ -263,6 +264,20 @@ void refuse_in_wall(const ContactPair& pair, double depth) {
   throw InputError(message.str());
 }
 
+// Nodes alone meet a wall.
+void warn_of_bulge(const ContactPair& pair, Report& report) {
+  constexpr double much = 0.05;
+  const double size = pair.slave->size, bulge = pair.wall->bulge(size);
+  if (!(bulge > much * size)) return;
+  const std::string how = std::isfinite(bulge)
+                              ? format_text("bulges through them by up to %.2g", bulge)
+                              : "passes between them";
+  report.warning(pair.source->text() + ": contact " + pair.name +
+                 format_text(": nodes alone meet a wall, and with faces of %.3g it ", size) + how +
+                 ": take smaller faces there, or mesh the wall as a body (as: rigid), whose faces "
+                 "are met too");
+}
+
 void warn_nodal(const ContactOptions& options, const BuiltScene& built, const ContactPair& pair,
                 Report& report) {
   std::ostringstream text;
@@ -345,6 +360,7 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
     if (entry.options == warned) continue;
     warned = entry.options;
     look_for_friction_shapes(sim.pairs.back(), built, index.scene(), report);
+    if (sim.pairs.back().wall) warn_of_bulge(sim.pairs.back(), report);
     if (warned->enforcement == Enforcement::nodal)
       warn_nodal(*entry.options, built, sim.pairs.back(), report);
   }

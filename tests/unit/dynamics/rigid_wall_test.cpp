@@ -64,6 +64,18 @@ TEST(RigidWall, KnownDistances) {
   EXPECT_DOUBLE_EQ(RigidWall(options).normal(Vector3(0, 9, 2))[2], -1);
 }
 
+TEST(RigidWall, BulgesBetweenNodes) {
+  WallOptions wall;
+  wall.kind = WallOptions::Kind::sphere;
+  wall.radius = 5;
+  EXPECT_NEAR(RigidWall(wall).bulge(3 * std::sqrt(2.0)), 1, 1e-14);
+  EXPECT_EQ(RigidWall(wall).bulge(8), HUGE_VAL);
+  wall.kind = WallOptions::Kind::cylinder;
+  EXPECT_NEAR(RigidWall(wall).bulge(8), 2, 1e-14);
+  wall.inside = true;
+  EXPECT_EQ(RigidWall(wall).bulge(8), 0);
+}
+
 TEST(RigidWall, OnTheAxisTheNormalIsFinite) {
   for (const bool inside : {false, true}) {
     for (const auto kind : {WallOptions::Kind::sphere, WallOptions::Kind::cylinder}) {
