@@ -264,9 +264,7 @@ void ComponentReducer::make_second(const Mesh& mesh, const SuperelementGroup& gr
     if (s.n() <= form_limit()) figures.condition.n_rigid = add_diagonal_form(s, part, &M_res);
     const Index loose =
         examine_reduced(s, rigid_motions_of_parts(s, part), M_res, figures.condition);
-    if (loose >= 0)
-      figures.condition.loose_node =
-          name_of_node_id(mesh, s.node_ids[static_cast<std::size_t>(loose / 3)]);
+    if (loose >= 0) figures.condition.loose_node = name_of_node_id(mesh, s.node_ids[loose / 3]);
   }
   const std::string about = report_.about();
   report_.about(about + "second reduction: ");

@@ -10,17 +10,17 @@ namespace cbr {
 
 void run_threads(int n, const std::function<void(int)>& work) {
   if (n <= 0) return;
-  std::vector<std::exception_ptr> failures(static_cast<std::size_t>(n));
+  std::vector<std::exception_ptr> failures(n);
   const auto guarded = [&](int t) {
     try {
       work(t);
     } catch (...) {
-      failures[static_cast<std::size_t>(t)] = std::current_exception();
+      failures[t] = std::current_exception();
     }
   };
   {
     std::vector<std::jthread> threads;  // joined at the end of this block
-    threads.reserve(static_cast<std::size_t>(n));
+    threads.reserve(n);
     int started = 1;
     try {
       for (; started < n; ++started) threads.emplace_back(guarded, started);

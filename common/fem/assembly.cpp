@@ -20,10 +20,8 @@ constexpr std::size_t batch_bytes = 32u << 20;
 // For each node the nodes that share an element with it, itself too, ascending: compressed rows.
 struct Neighbours {
   std::vector<Index> start, list;
-  Index count(Index i) const {
-    return start[static_cast<std::size_t>(i) + 1] - start[static_cast<std::size_t>(i)];
-  }
-  const Index* begin(Index i) const { return list.data() + start[static_cast<std::size_t>(i)]; }
+  Index count(Index i) const { return start[i + 1] - start[i]; }
+  const Index* begin(Index i) const { return list.data() + start[i]; }
   // Position of j among i's neighbours.
   Index position(Index i, Index j) const {
     return std::lower_bound(begin(i), begin(i) + count(i), j) - begin(i);
@@ -49,16 +47,14 @@ ElementsOfNodes elements_of_nodes(const Mesh& mesh, const FiniteElementModel& mo
       if (is_volume(block))
         for (Index e = 0; e < block.connectivity.rows(); ++e)
           for (Index i = 0; i < block.connectivity.cols(); ++i)
-            action(block, e,
-                   static_cast<std::size_t>(
-                       model.row[static_cast<std::size_t>(block.connectivity(e, i))]));
+            action(block, e, static_cast<std::size_t>(model.row[block.connectivity(e, i)]));
   };
   // Counted two places on, so that filling moves each start to its place.
   each([&](const Block&, Index, std::size_t row) { ++result.start[row + 2]; });
   for (std::size_t i = 2; i < result.start.size(); ++i) result.start[i] += result.start[i - 1];
-  result.list.resize(static_cast<std::size_t>(result.start.back()));
+  result.list.resize(result.start.back());
   each([&](const Block& block, Index e, std::size_t row) {
-    result.list[static_cast<std::size_t>(result.start[row + 1]++)] = {&block, e};
+    result.list[result.start[row + 1]++] = {&block, e};
   });
   result.start.pop_back();
   return result;
@@ -73,11 +69,11 @@ Neighbours find_neighbours(const Mesh& mesh, const FiniteElementModel& model) {
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t first = neighbours.list.size();
     for (Index k = elements.start[i]; k < elements.start[i + 1]; ++k) {
-      const auto [block, e] = elements.list[static_cast<std::size_t>(k)];
+      const auto [block, e] = elements.list[k];
       for (Index a = 0; a < block->connectivity.cols(); ++a) {
-        const Index j = model.row[static_cast<std::size_t>(block->connectivity(e, a))];
-        if (seen[static_cast<std::size_t>(j)] == static_cast<Index>(i)) continue;
-        seen[static_cast<std::size_t>(j)] = static_cast<Index>(i);
+        const Index j = model.row[block->connectivity(e, a)];
+        if (seen[j] == static_cast<Index>(i)) continue;
+        seen[j] = static_cast<Index>(i);
         neighbours.list.push_back(j);
       }
     }
@@ -125,13 +121,13 @@ void add_element(const ElementMatrices& element, const std::vector<Index>& rows,
                  const Neighbours& neighbours, int t, int n_threads, FiniteElementModel& model) {
   const Index n = static_cast<Index>(rows.size());
   for (Index j = 0; j < n; ++j) {
-    const Index column = rows[static_cast<std::size_t>(j)];
+    const Index column = rows[j];
     if (column % n_threads != t) continue;
     const bool lumped = element.M.cols() == 1;
     if (lumped)
       for (Index c = 0; c < 3; ++c) model.M.valuePtr()[3 * column + c] += element.M(j, 0);
     for (Index i = 0; i < n; ++i) {
-      const Index k = neighbours.position(column, rows[static_cast<std::size_t>(i)]);
+      const Index k = neighbours.position(column, rows[i]);
       for (Index c = 0; c < 3; ++c) {
         double* values = model.K.valuePtr() + model.K.outerIndexPtr()[3 * column + c] + 3 * k;
         for (Index a = 0; a < 3; ++a) values[a] += element.K(3 * i + a, 3 * j + c);
@@ -149,22 +145,19 @@ void add_block(const Mesh& mesh, const Block& block, const BlockProperties& prop
   const Index batch =
       std::max<Index>(1, static_cast<Index>(batch_bytes / sizeof(double)) / (10 * n * n));
   const int threads = n_threads();
-  std::vector<ElementMatrices> matrices(static_cast<std::size_t>(std::min(batch, n_e)));
+  std::vector<ElementMatrices> matrices(std::min(batch, n_e));
   for (Index first = 0; first < n_e; first += batch) {
     const Index size = std::min(batch, n_e - first);
     run_threads(threads, [&](int t) {
       const Share share(size, t, threads);
       for (Index k = share.begin; k < share.end; ++k)
-        matrices[static_cast<std::size_t>(k)] =
-            element_matrices(mesh, block, properties, mass, first + k);
+        matrices[k] = element_matrices(mesh, block, properties, mass, first + k);
     });
     run_threads(threads, [&](int t) {
-      std::vector<Index> rows(static_cast<std::size_t>(n));
+      std::vector<Index> rows(n);
       for (Index k = 0; k < size; ++k) {
-        for (Index i = 0; i < n; ++i)
-          rows[static_cast<std::size_t>(i)] =
-              model.row[static_cast<std::size_t>(block.connectivity(first + k, i))];
-        add_element(matrices[static_cast<std::size_t>(k)], rows, neighbours, t, threads, model);
+        for (Index i = 0; i < n; ++i) rows[i] = model.row[block.connectivity(first + k, i)];
+        add_element(matrices[k], rows, neighbours, t, threads, model);
       }
     });
   }
@@ -177,8 +170,7 @@ std::vector<Index> dofs_of_shell(const Block& block, Index e, const FiniteElemen
                                  const std::vector<Index>& rotation) {
   std::vector<Index> dofs;
   for (const Index node : block.connectivity.row(e)) {
-    const Index u = 3 * model.row[static_cast<std::size_t>(node)],
-                r = 3 * rotation[static_cast<std::size_t>(node)];
+    const Index u = 3 * model.row[node], r = 3 * rotation[node];
     dofs.insert(dofs.end(), {u, u + 1, u + 2, r, r + 1, r + 2});
   }
   return dofs;
@@ -187,9 +179,7 @@ std::vector<Index> dofs_of_shell(const Block& block, Index e, const FiniteElemen
 void add_shell_mass(const Block& block, const Points& X, const ShellProperties& shell,
                     MassKind mass, const std::vector<Index>& dofs, Triplets& M) {
   const Index n = X.rows();
-  const auto dof = [&](Index node, Index c) {
-    return dofs[static_cast<std::size_t>(6 * node + c)];
-  };
+  const auto dof = [&](Index node, Index c) { return dofs[6 * node + c]; };
   if (mass == MassKind::lumped) {
     const ShellMass lumped = shell_lumped_mass(block.type, X, shell);
     for (Index i = 0; i < n; ++i)
@@ -222,7 +212,7 @@ void add_shells(const Mesh& mesh, const std::vector<BlockProperties>& properties
   if (model.n_rotations == 0) return;
   std::vector<Index> rotation(model.row.size(), -1);
   for (Index i = model.n_translations(); i < static_cast<Index>(model.nodes.size()); ++i)
-    rotation[static_cast<std::size_t>(model.nodes[static_cast<std::size_t>(i)])] = i;
+    rotation[model.nodes[i]] = i;
   Triplets K, M;
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
     const Block& block = mesh.blocks[b];
@@ -233,9 +223,7 @@ void add_shells(const Mesh& mesh, const std::vector<BlockProperties>& properties
       const std::vector<Index> dofs = dofs_of_shell(block, e, model, rotation);
       const Matrix K_e = shell_stiffness(block.type, X, shell);
       for (Index j = 0; j < K_e.cols(); ++j)
-        for (Index i = 0; i < K_e.rows(); ++i)
-          K.emplace_back(dofs[static_cast<std::size_t>(i)], dofs[static_cast<std::size_t>(j)],
-                         K_e(i, j));
+        for (Index i = 0; i < K_e.rows(); ++i) K.emplace_back(dofs[i], dofs[j], K_e(i, j));
       add_shell_mass(block, X, shell, mass, dofs, M);
     }
   }
@@ -249,14 +237,14 @@ void add_shells(const Mesh& mesh, const std::vector<BlockProperties>& properties
 }  // namespace
 
 void number_nodes(const Mesh& mesh, FiniteElementModel& model) {
-  std::vector<char> has_rotation(static_cast<std::size_t>(mesh.coordinates.rows()), 0);
+  std::vector<char> has_rotation(mesh.coordinates.rows(), 0);
   model = FiniteElementModel();
-  model.row.assign(static_cast<std::size_t>(mesh.coordinates.rows()), -1);
+  model.row.assign(mesh.coordinates.rows(), -1);
   for (const Block& block : mesh.blocks) {
     if (!is_structure(block)) continue;
     for (const Index node : block.connectivity.reshaped()) {
-      model.row[static_cast<std::size_t>(node)] = 0;
-      if (is_shell(block)) has_rotation[static_cast<std::size_t>(node)] = 1;
+      model.row[node] = 0;
+      if (is_shell(block)) has_rotation[node] = 1;
     }
   }
   for (std::size_t i = 0; i < model.row.size(); ++i) {
@@ -280,7 +268,7 @@ Vector consistent_mass_products(const Mesh& mesh, const std::vector<BlockPropert
     Matrix x(n, 3 * X.cols());  // of each column x, y and z
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
       for (Index i = 0; i < n; ++i) {
-        const Index node = model.row[static_cast<std::size_t>(block.connectivity(e, i))];
+        const Index node = model.row[block.connectivity(e, i)];
         x.row(i) = X.middleRows(3 * node, 3).reshaped().transpose();
       }
       const Matrix M_e =

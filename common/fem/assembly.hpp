@@ -32,9 +32,7 @@ struct FiniteElementModel {
   // Row of K and M of each dof, -1 where it is fixed; empty: nothing is, row i is dof i.
   std::vector<Index> row_of_dof = {};
 
-  bool is_fixed(Index dof) const {
-    return !row_of_dof.empty() && row_of_dof[static_cast<std::size_t>(dof)] < 0;
-  }
+  bool is_fixed(Index dof) const { return !row_of_dof.empty() && row_of_dof[dof] < 0; }
   Index n_translations() const { return static_cast<Index>(nodes.size()) - n_rotations; }
 };
 

@@ -18,9 +18,9 @@ namespace cbr {
 namespace {
 
 Index root(std::vector<Index>& parent, Index i) {
-  while (parent[static_cast<std::size_t>(i)] != i) {
-    auto& up = parent[static_cast<std::size_t>(i)];
-    up = parent[static_cast<std::size_t>(up)];
+  while (parent[i] != i) {
+    auto& up = parent[i];
+    up = parent[up];
     i = up;
   }
   return i;
@@ -30,8 +30,7 @@ Index root(std::vector<Index>& parent, Index i) {
 // same place, but for round-off.
 std::vector<double> near_enough(const Mesh& mesh, const FiniteElementModel& model) {
   constexpr double share = 1e-3;
-  std::vector<double> near(static_cast<std::size_t>(model.n_translations()),
-                           std::numeric_limits<double>::infinity());
+  std::vector<double> near(model.n_translations(), std::numeric_limits<double>::infinity());
   for (const auto& block : mesh.blocks) {
     if (!is_structure(block)) continue;
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
@@ -42,7 +41,7 @@ std::vector<double> near_enough(const Mesh& mesh, const FiniteElementModel& mode
                                          mesh.coordinates.row(block.connectivity(e, b)))
                                             .norm());
       for (const Index node : block.connectivity.row(e)) {
-        double& of_node = near[static_cast<std::size_t>(model.row[static_cast<std::size_t>(node)])];
+        double& of_node = near[model.row[node]];
         of_node = std::min(of_node, share * shortest);
       }
     }
@@ -67,23 +66,20 @@ std::vector<Index> connected_parts(const Mesh& mesh, const FiniteElementModel& m
   for (const auto& element_block : mesh.blocks) {
     if (!is_structure(element_block)) continue;
     for (Index e = 0; e < element_block.connectivity.rows(); ++e) {
-      const Index first =
-          root(parent, model.row[static_cast<std::size_t>(element_block.connectivity(e, 0))]);
+      const Index first = root(parent, model.row[element_block.connectivity(e, 0)]);
       for (Index a = 1; a < element_block.connectivity.cols(); ++a) {
-        parent[static_cast<std::size_t>(
-            root(parent, model.row[static_cast<std::size_t>(element_block.connectivity(e, a))]))] =
-            first;
+        parent[root(parent, model.row[element_block.connectivity(e, a)])] = first;
       }
     }
   }
   for (Index i = model.n_translations(); i < static_cast<Index>(model.nodes.size()); ++i) {
-    const Index node = model.nodes[static_cast<std::size_t>(i)];
-    parent[static_cast<std::size_t>(i)] = root(parent, model.row[static_cast<std::size_t>(node)]);
+    const Index node = model.nodes[i];
+    parent[i] = root(parent, model.row[node]);
   }
   std::vector<Index> part(parent.size(), -1), number(parent.size(), -1);
   Index n = 0;
   for (std::size_t i = 0; i < parent.size(); ++i) {
-    auto& of_root = number[static_cast<std::size_t>(root(parent, static_cast<Index>(i)))];
+    auto& of_root = number[root(parent, static_cast<Index>(i))];
     if (of_root < 0) of_root = n++;
     part[i] = of_root;
   }
@@ -152,12 +148,10 @@ std::string unjoined_parts(const Mesh& mesh, const FiniteElementModel& model,
   if (n_parts(part) < 2) return {};
   const std::vector<NearNodes> pairs = near_nodes(mesh, model, part);
   if (pairs.empty()) return {};
-  const auto id = [&](Index i) {
-    return mesh.node_ids[static_cast<std::size_t>(model.nodes[static_cast<std::size_t>(i)])];
-  };
+  const auto id = [&](Index i) { return mesh.node_ids[model.nodes[i]]; };
   double farthest = 0;
   for (const NearNodes& pair : pairs) farthest = std::max(farthest, pair.apart);
-  const Vector3 x = mesh.coordinates.row(model.nodes[static_cast<std::size_t>(pairs[0].first)]);
+  const Vector3 x = mesh.coordinates.row(model.nodes[pairs[0].first]);
   std::ostringstream text;
   text << "the mesh has " << n_parts(part) << " parts that share no node, and " << pairs.size()
        << (pairs.size() == 1 ? " pair" : " pairs") << " of nodes of different parts "
@@ -173,14 +167,12 @@ std::string several_parts(const Mesh& mesh, const FiniteElementModel& model,
                           const std::vector<Index>& part) {
   const Index n = n_parts(part);
   if (n < 2) return {};
-  std::vector<Index> first(static_cast<std::size_t>(n), -1);
-  for (std::size_t i = part.size(); i-- > 0;)
-    first[static_cast<std::size_t>(part[i])] =
-        mesh.node_ids[static_cast<std::size_t>(model.nodes[i])];
+  std::vector<Index> first(n, -1);
+  for (std::size_t i = part.size(); i-- > 0;) first[part[i]] = mesh.node_ids[model.nodes[i]];
   std::string nodes;
   constexpr Index most = 6;
   for (Index p = 0; p < std::min(n, most); ++p)
-    nodes += (p > 0 ? ", " : "") + std::to_string(first[static_cast<std::size_t>(p)]);
+    nodes += (p > 0 ? ", " : "") + std::to_string(first[p]);
   return std::to_string(n) + " parts that share no node (first node ids " + nodes +
          (n > most ? ", ..." : "") + "): each moves on its own";
 }

@@ -26,8 +26,7 @@ std::string rounded_text(double value) {
 }
 
 std::string element_text(const Block& block, Index e) {
-  return "block '" + block.name + "': element " +
-         std::to_string(block.element_ids[static_cast<std::size_t>(e)]) + " (" +
+  return "block '" + block.name + "': element " + std::to_string(block.element_ids[e]) + " (" +
          std::string(name(block.type)) + ")";
 }
 
@@ -45,7 +44,7 @@ void check_material(const Block& block, const Material& material) {
 void check_nodes(const Mesh& mesh, const Block& block, Index e) {
   const auto nodes = block.connectivity.row(e);
   for (Index i = 0; i < nodes.size(); ++i) {
-    const std::string id = std::to_string(mesh.node_ids[static_cast<std::size_t>(nodes(i))]);
+    const std::string id = std::to_string(mesh.node_ids[nodes(i)]);
     if (!mesh.coordinates.row(nodes(i)).allFinite())
       throw InputError("node " + id + " of " + element_text(block, e) +
                        " has a coordinate that is not a finite number");
@@ -70,13 +69,13 @@ bool nodes_are_usable(const Mesh& mesh, const Block& block, Index e) {
 void check_elements(const Mesh& mesh, const Block& block) {
   const Index n = block.connectivity.rows();
   const int threads = n_threads();
-  std::vector<Index> first(static_cast<std::size_t>(threads), n);
+  std::vector<Index> first(threads, n);
   run_threads(threads, [&](int t) {
     const Share share(n, t, threads);
     for (Index e = share.begin; e < share.end; ++e)
       if (!nodes_are_usable(mesh, block, e) ||
           !(element_quality(block.type, element_points(mesh, block, e)) > smallest_quality)) {
-        first[static_cast<std::size_t>(t)] = e;
+        first[t] = e;
         return;
       }
   });

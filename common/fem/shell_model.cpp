@@ -69,8 +69,7 @@ Face read_face(const IndexTable& faces, Index f, const Points& points,
   face.X.resize(n_nodes(face.type), 3);
   for (Index i = 0; i < face.X.rows(); ++i) {
     face.X.row(i) = points.row(faces(f, i));
-    face.node[static_cast<std::size_t>(i)] =
-        std::lower_bound(nodes.begin(), nodes.end(), faces(f, i)) - nodes.begin();
+    face.node[i] = std::lower_bound(nodes.begin(), nodes.end(), faces(f, i)) - nodes.begin();
   }
   const double corner = shell::corner_jacobian(face.type, face.X);
   if (!(corner > shell::flat_corner))
@@ -106,7 +105,7 @@ SparseMatrix assemble_stiffness(const IndexTable& faces, const std::vector<Face>
     const Matrix K = shell_stiffness(face.type, face.X, shell);
     if (!K.allFinite()) overflow(faces, static_cast<Index>(f), "stiffness");
     const auto place = [&](Index dof) {
-      const Index node = face.node[static_cast<std::size_t>(dof / 6)], c = dof % 6;
+      const Index node = face.node[dof / 6], c = dof % 6;
       return c < 3 ? 3 * node + c : 3 * m + 3 * node + c - 3;
     };
     for (Index j = 0; j < K.cols(); ++j)
@@ -182,8 +181,8 @@ ShellModel assemble_shells(const IndexTable& faces, const Points& points,
     if (!lumped.mass.allFinite() || !lumped.rotary.allFinite())
       overflow(faces, static_cast<Index>(f), "mass");
     for (Index i = 0; i < lumped.mass.size(); ++i) {
-      mass(elements[f].node[static_cast<std::size_t>(i)]) += lumped.mass(i);
-      rotary(elements[f].node[static_cast<std::size_t>(i)]) += lumped.rotary(i);
+      mass(elements[f].node[i]) += lumped.mass(i);
+      rotary(elements[f].node[i]) += lumped.rotary(i);
     }
   }
   if (!mass.allFinite() || !rotary.allFinite()) overflow(faces, 0, "mass around the nodes");
@@ -222,8 +221,7 @@ std::string hinged_shells(const Mesh& mesh, const FiniteElementModel& model) {
       shells.blocks.push_back(block);
       continue;
     }
-    for (const Index node : block.connectivity.reshaped())
-      is_of_solid[static_cast<std::size_t>(node)] = 1;
+    for (const Index node : block.connectivity.reshaped()) is_of_solid[node] = 1;
   }
   shells.coordinates = mesh.coordinates;
   shells.node_ids = mesh.node_ids;
@@ -232,9 +230,8 @@ std::string hinged_shells(const Mesh& mesh, const FiniteElementModel& model) {
   const std::vector<Index> part = connected_parts(shells, alone);
   std::map<Index, std::vector<Index>> shared;  // of each part, mesh nodes
   for (Index i = 0; i < alone.n_translations(); ++i) {
-    const Index node = alone.nodes[static_cast<std::size_t>(i)];
-    if (is_of_solid[static_cast<std::size_t>(node)] != 0)
-      shared[part[static_cast<std::size_t>(i)]].push_back(node);
+    const Index node = alone.nodes[i];
+    if (is_of_solid[node] != 0) shared[part[i]].push_back(node);
   }
   for (const auto& [number, nodes] : shared) {
     if (hold(mesh.coordinates(nodes, Eigen::all))) continue;
@@ -244,7 +241,7 @@ std::string hinged_shells(const Mesh& mesh, const FiniteElementModel& model) {
         if (name.empty() && node == nodes.front()) name = block.name;
     return "shells of block '" + name + "' share " + std::to_string(nodes.size()) +
            " nodes with solids, all on one line (first node id " +
-           std::to_string(mesh.node_ids[static_cast<std::size_t>(nodes.front())]) +
+           std::to_string(mesh.node_ids[nodes.front()]) +
            "): they turn about it as on a hinge, as solids have no rotations; to hold them, let "
            "them go on along a face of the solids, or hold their rotations (boundary.rotations)";
   }

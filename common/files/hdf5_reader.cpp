@@ -48,7 +48,7 @@ void visit_dataset(hid_t dataset) {
   const double most = 1032.0 * static_cast<double>(H5Dget_storage_size(dataset));
   if ((!real && H5Tget_class(type) != H5T_INTEGER) || n <= 0 || static_cast<double>(n) > most)
     return;
-  std::vector<double> values(static_cast<std::size_t>(n));
+  std::vector<double> values(n);
   H5Dread(dataset, real ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT,
           values.data());
 }
@@ -201,7 +201,7 @@ struct Hdf5Reader::Impl {
     const Handle space(H5Dget_space(dataset), H5Sclose);
     const int rank = H5Sget_simple_extent_ndims(space);
     if (rank < 0 || H5Sget_simple_extent_type(space) == H5S_NULL) fail(name, "holds no array");
-    std::vector<hsize_t> extent(static_cast<std::size_t>(rank));
+    std::vector<hsize_t> extent(rank);
     H5Sget_simple_extent_dims(space, extent.data(), nullptr);
     return {extent.begin(), extent.end()};
   }

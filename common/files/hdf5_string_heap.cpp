@@ -95,7 +95,7 @@ Window read(std::ifstream& in, std::uint64_t begin, std::uint64_t size) {
   Window window{begin, begin + size, std::string(size + overlap, '\0')};
   in.seekg(static_cast<std::streamoff>(begin));
   in.read(window.bytes.data(), static_cast<std::streamsize>(size + overlap));
-  window.bytes.resize(static_cast<std::size_t>(in.gcount()));
+  window.bytes.resize(in.gcount());
   in.clear();  // the end of the file may come before that of the overlap
   return window;
 }

@@ -126,14 +126,14 @@ Index NetcdfReader::n_values(const std::string& variable) const {
 
 std::vector<Index> NetcdfReader::integers(const std::string& variable) const {
   static_assert(sizeof(long long) == sizeof(Index));
-  std::vector<long long> values(static_cast<std::size_t>(n_values(variable)));
+  std::vector<long long> values(n_values(variable));
   if (!values.empty())
     check(nc_get_var_longlong(file_, variable_id(variable), values.data()), variable);
   return {values.begin(), values.end()};
 }
 
 std::vector<double> NetcdfReader::reals(const std::string& variable) const {
-  std::vector<double> values(static_cast<std::size_t>(n_values(variable)));
+  std::vector<double> values(n_values(variable));
   if (!values.empty())
     check(nc_get_var_double(file_, variable_id(variable), values.data()), variable);
   return values;
@@ -144,7 +144,7 @@ std::vector<std::string> NetcdfReader::strings(const std::string& variable) cons
   if (sizes.size() != 2)
     throw InputError(where_ + ": " + variable + ": should have two dimensions, not " +
                      std::to_string(sizes.size()));
-  std::string all(static_cast<std::size_t>(n_values(variable)), '\0');
+  std::string all(n_values(variable), '\0');
   if (!all.empty()) check(nc_get_var_text(file_, variable_id(variable), all.data()), variable);
   std::vector<std::string> rows;
   for (Index r = 0; r < sizes[0]; ++r) {
@@ -264,7 +264,7 @@ void NetcdfWriter::write(const std::string& variable, const std::vector<std::str
                          Index width) {
   std::string all;
   for (auto value : values) {
-    value.resize(static_cast<std::size_t>(width));
+    value.resize(width);
     all += value;
   }
   check(nc_put_var_text(file_, variable_id(variable), all.data()), variable);

@@ -41,7 +41,7 @@ int remember(const fs::path& path) {
 void forget(int slot) {
   if (slot < 0) return;
   // Null: a handler has taken the string and the process is ending, so it is left alone.
-  if (char* path = alive[static_cast<std::size_t>(slot)].exchange(nullptr)) std::free(path);
+  if (char* path = alive[slot].exchange(nullptr)) std::free(path);
 }
 
 std::string system_text(int error) { return std::strerror(error); }

@@ -18,7 +18,7 @@ std::string first_bytes(const std::filesystem::path& file) {
   std::string start(400, '\0');
   std::ifstream in(file, std::ios::binary);
   in.read(start.data(), static_cast<std::streamsize>(start.size()));
-  start.resize(static_cast<std::size_t>(in.gcount()));
+  start.resize(in.gcount());
   return start;
 }
 

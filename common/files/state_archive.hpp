@@ -84,7 +84,7 @@ class StateArchive {
   template <typename T>
   void one(std::vector<T>& values) {
     const Index n = size(static_cast<Index>(values.size()), is_plain<T> ? sizeof(T) : 1);
-    if (restores_) values.resize(static_cast<std::size_t>(n));
+    if (restores_) values.resize(n);
     if constexpr (is_plain<T>) {
       bytes(values.data(), values.size() * sizeof(T));
     } else {

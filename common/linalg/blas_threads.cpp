@@ -78,7 +78,7 @@ std::string reserve_blas_memory() {
         1e-6 * static_cast<double>(limit.rlim_cur), 1e-6 * static_cast<double>(bytes),
         std::max(threads, started) > 1 ? ", or take one thread (OPENBLAS_NUM_THREADS=1)" : "");
   munmap(room, bytes);
-  std::vector<void*> buffers(static_cast<std::size_t>(threads + 1));
+  std::vector<void*> buffers(threads + 1);
   for (void*& b : buffers) b = blas_memory_alloc(0);
   for (void* b : buffers) blas_memory_free(b);
   return "";

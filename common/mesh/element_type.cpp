@@ -88,7 +88,7 @@ int n_sides(ElementType type) { return static_cast<int>(topology(type).sides.siz
 
 const std::vector<int>& side_nodes(ElementType type, int side) {
   assert(side >= 1 && side <= n_sides(type));
-  return topology(type).sides[static_cast<std::size_t>(side - 1)];
+  return topology(type).sides[side - 1];
 }
 
 FaceKind side_kind(ElementType type, int side) {
@@ -125,8 +125,7 @@ const std::vector<int>& mirrored_order(ElementType type) {
 int mirrored_side(ElementType type, int side) {
   const auto& order = mirrored_order(type);
   std::vector<int> nodes;
-  for (const int local : side_nodes(type, side))
-    nodes.push_back(order[static_cast<std::size_t>(local)]);
+  for (const int local : side_nodes(type, side)) nodes.push_back(order[local]);
   for (int s = 1; s <= n_sides(type); ++s)
     if (std::is_permutation(nodes.begin(), nodes.end(), side_nodes(type, s).begin(),
                             side_nodes(type, s).end()))

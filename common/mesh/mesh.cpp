@@ -49,9 +49,9 @@ void check_names(const Sets& sets, const std::string& where, const std::string& 
 void check_nodes(const Mesh& mesh, const std::string& where) {
   const Index n = mesh.coordinates.rows();
   std::unordered_set<Index> ids;
-  ids.reserve(static_cast<std::size_t>(n));
+  ids.reserve(n);
   for (Index i = 0; i < n; ++i) {
-    const Index id = mesh.node_ids[static_cast<std::size_t>(i)];
+    const Index id = mesh.node_ids[i];
     if (!ids.insert(id).second)
       throw InputError(where + ": node id " + std::to_string(id) +
                        " is used twice: ids must be unique");
@@ -65,7 +65,7 @@ void check_blocks(const Mesh& mesh, const std::string& where) {
   std::unordered_set<Index> ids;
   for (const auto& block : mesh.blocks) {
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
-      const Index id = block.element_ids[static_cast<std::size_t>(e)];
+      const Index id = block.element_ids[e];
       if (!ids.insert(id).second)
         throw InputError(where + ": block '" + block.name + "': element id " + std::to_string(id) +
                          " is used twice: ids must be unique");
@@ -81,7 +81,7 @@ void check_blocks(const Mesh& mesh, const std::string& where) {
 
 bool is_side(const Mesh& mesh, const Side& side) {
   if (side.block < 0 || side.block >= static_cast<Index>(mesh.blocks.size())) return false;
-  const Block& block = mesh.blocks[static_cast<std::size_t>(side.block)];
+  const Block& block = mesh.blocks[side.block];
   const int allowed = dimension(block.type) == 3 ? n_sides(block.type) : 2 + n_corners(block.type);
   return side.element >= 0 && side.element < block.connectivity.rows() && side.side >= 1 &&
          side.side <= allowed;
@@ -113,7 +113,7 @@ std::vector<Index> nodes_of_side(const Mesh& mesh, const Side& side) {
   if (!is_side(mesh, side))
     throw InputError("side " + std::to_string(side.side) +
                      " is not a side of any element of the mesh");
-  const Block& block = mesh.blocks[static_cast<std::size_t>(side.block)];
+  const Block& block = mesh.blocks[side.block];
   std::vector<Index> nodes;
   const auto add = [&](int local) { nodes.push_back(block.connectivity(side.element, local)); };
   if (dimension(block.type) == 3) {
@@ -122,7 +122,7 @@ std::vector<Index> nodes_of_side(const Mesh& mesh, const Side& side) {
     for (int i = 0; i < n_nodes(block.type); ++i) add(i);
   } else if (side.side == 2) {
     const auto& order = mirrored_order(block.type);
-    for (int i = 0; i < n_nodes(block.type); ++i) add(order[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < n_nodes(block.type); ++i) add(order[i]);
   } else {
     const int corners = n_corners(block.type), edge = side.side - 3;
     add(edge);
@@ -146,10 +146,10 @@ std::vector<Index> set_nodes(const Mesh& mesh, const std::string& name) {
   // A name that both kinds share means the sideset: its nodes are the ones of the faces, which
   // contact and loads need.
   if (s >= 0) {
-    for (const Side& side : mesh.sidesets[static_cast<std::size_t>(s)].sides)
+    for (const Side& side : mesh.sidesets[s].sides)
       for (const Index node : nodes_of_side(mesh, side)) nodes.push_back(node);
   } else {
-    nodes = mesh.nodesets[static_cast<std::size_t>(n)].nodes;
+    nodes = mesh.nodesets[n].nodes;
   }
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());

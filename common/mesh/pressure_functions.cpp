@@ -142,7 +142,7 @@ std::vector<Index> cells_around_seeds(const Points& x, Index k) {
   const auto far_from = [&](const Eigen::RowVector3d& at) -> Vector {
     return (x.rowwise() - at).rowwise().squaredNorm();
   };
-  std::vector<Index> cell(static_cast<std::size_t>(m), 0);
+  std::vector<Index> cell(m, 0);
   Index seed = largest_row(far_from(x.colwise().mean()), x);
   Vector nearest = far_from(x.row(seed));
   for (Index c = 1; c < k; ++c) {
@@ -151,7 +151,7 @@ std::vector<Index> cells_around_seeds(const Points& x, Index k) {
     for (Index i = 0; i < m; ++i) {
       if (!(distance[i] < nearest[i] * (1 - round_off))) continue;
       nearest[i] = distance[i];
-      cell[static_cast<std::size_t>(i)] = c;
+      cell[i] = c;
     }
   }
   return cell;
@@ -168,15 +168,14 @@ class Builder {
     std::vector<Eigen::Triplet<double, Index>> entries;
     for (Index a = 0; a < Psi.cols(); ++a)
       for (SparseMatrix::InnerIterator it(Psi, a); it; ++it)
-        entries.emplace_back(patch.nodes[static_cast<std::size_t>(it.row())], a, it.value());
+        entries.emplace_back(patch.nodes[it.row()], a, it.value());
     on_owner.setFromTriplets(entries.begin(), entries.end());
     const SparseMatrix N = patch.M * on_owner;
     for (Index a = 0; a < N.cols(); ++a)
       for (SparseMatrix::InnerIterator it(N, a); it; ++it) {
         if (it.value() == 0) continue;
         N_.emplace_back(it.row(), n_ + a, it.value());
-        cells_.emplace_back(it.row(), n_ + a,
-                            n_ + cell[static_cast<std::size_t>(patch.local(it.row()))]);
+        cells_.emplace_back(it.row(), n_ + a, n_ + cell[patch.local(it.row())]);
       }
     n_ += Psi.cols();
     nodes_.insert(nodes_.end(), patch.nodes.begin(), patch.nodes.end());
@@ -190,7 +189,7 @@ class Builder {
     for (Index a = 0; a < Psi.cols(); ++a) {
       Vector3 normal = Vector3::Zero();
       for (SparseMatrix::InnerIterator it(Psi, a); it; ++it) {
-        Psi_.emplace_back(patch.nodes[static_cast<std::size_t>(it.row())], n_ + a, it.value());
+        Psi_.emplace_back(patch.nodes[it.row()], n_ + a, it.value());
         normal += it.value() * of_patch.row(it.row()).transpose();
       }
       normals_.push_back(normal);
@@ -263,7 +262,7 @@ PressureFunctions pressure_functions(const std::vector<Surface>& faces, const Po
     const std::vector<Index> cell = cells_around_seeds(x, k);
     SparseMatrix Psi(m, k);
     std::vector<Eigen::Triplet<double, Index>> entries;
-    for (Index i = 0; i < m; ++i) entries.emplace_back(i, cell[static_cast<std::size_t>(i)], 1.0);
+    for (Index i = 0; i < m; ++i) entries.emplace_back(i, cell[i], 1.0);
     Psi.setFromTriplets(entries.begin(), entries.end());
     const SparseMatrix average = averages(patch);
     const double nodes_of_radius = std::sqrt(static_cast<double>(m) / static_cast<double>(k)) / 2;
@@ -283,7 +282,7 @@ PressureFunctions corner_functions(const std::vector<Surface>& faces, const Poin
         const std::vector<Index> nodes = nodes_of_face(surface, f);
         const auto per_face = static_cast<int>(nodes.size());
         const int n = n_corners(static_cast<FaceKind>(per_face));
-        const auto at = [&](int a) { return patch.local(nodes[static_cast<std::size_t>(a)]); };
+        const auto at = [&](int a) { return patch.local(nodes[a]); };
         for (int a = 0; a < n; ++a) value[{at(a), at(a)}] = 1;
         if (per_face < 2 * n) continue;
         for (int a = 0; a < n; ++a)
@@ -291,17 +290,17 @@ PressureFunctions corner_functions(const std::vector<Surface>& faces, const Poin
         for (int a = 0; a < n && per_face == 9; ++a) value[{at(8), at(a)}] = 0.25;
       }
     const auto m = static_cast<Index>(patch.nodes.size());
-    std::vector<Index> function(static_cast<std::size_t>(m), -1);
+    std::vector<Index> function(m, -1);
     Index k = 0;
     for (const auto& [at, share] : value)
-      if (at.first == at.second) function[static_cast<std::size_t>(at.first)] = k++;
+      if (at.first == at.second) function[at.first] = k++;
     std::vector<Index> cell = function;
     std::vector<Eigen::Triplet<double, Index>> entries;
     for (const auto& [at, share] : value) {
-      const Index a = function[static_cast<std::size_t>(at.second)];
+      const Index a = function[at.second];
       entries.emplace_back(at.first, a, share);
       // A node between corners is of the first one's cell
-      Index& its = cell[static_cast<std::size_t>(at.first)];
+      Index& its = cell[at.first];
       if (its < 0) its = a;
     }
     SparseMatrix Psi(m, k);

@@ -17,13 +17,13 @@ FaceKind common_kind(const Mesh& mesh, const Sideset& sideset) {
   bool first = true;
   FaceKind kind = FaceKind::quad4;
   for (const Side& side : sideset.sides) {
-    const Block& block = mesh.blocks[static_cast<std::size_t>(side.block)];
+    const Block& block = mesh.blocks[side.block];
     const bool is_face = is_structure(block) && (dimension(block.type) == 3 || side.side <= 2);
     if (!is_face)
       throw InputError(
           "sideset '" + sideset.name + "': element " +
-          std::to_string(block.element_ids[static_cast<std::size_t>(side.element)]) +
-          " of block '" + block.name + "' is a " + std::string(name(block.type)) +
+          std::to_string(block.element_ids[side.element]) + " of block '" + block.name + "' is a " +
+          std::string(name(block.type)) +
           ": only sides of volume elements make a surface, and faces of shells with a thickness");
     const FaceKind found = dimension(block.type) == 3 ? side_kind(block.type, side.side)
                                                       : static_cast<FaceKind>(n_nodes(block.type));
@@ -58,12 +58,11 @@ Surface extract_surface(const Mesh& mesh, const Sideset& sideset) {
   const Index f = static_cast<Index>(sideset.sides.size());
   surface.faces.resize(f, n_nodes(surface.kind));
   for (Index i = 0; i < f; ++i) {
-    const Side& side = sideset.sides[static_cast<std::size_t>(i)];
+    const Side& side = sideset.sides[i];
     const auto columns = static_cast<std::size_t>(surface.faces.cols());
     const auto nodes = widened(nodes_of_side(mesh, side), columns);
     for (std::size_t j = 0; j < columns; ++j) surface.faces(i, static_cast<Index>(j)) = nodes[j];
-    surface.element.push_back(mesh.blocks[static_cast<std::size_t>(side.block)]
-                                  .element_ids[static_cast<std::size_t>(side.element)]);
+    surface.element.push_back(mesh.blocks[side.block].element_ids[side.element]);
     surface.side.push_back(side.side);
   }
   return surface;
@@ -101,8 +100,7 @@ LinearFaces linear_faces(const Surface& surface) {
     const std::vector<Index> nodes = nodes_of_face(surface, f);
     for (const auto& piece : all.at(static_cast<int>(nodes.size()))) {
       const auto row = static_cast<Index>(linear.parent.size());
-      for (Index j = 0; j < 4; ++j)
-        linear.faces(row, j) = nodes[static_cast<std::size_t>(piece[static_cast<std::size_t>(j)])];
+      for (Index j = 0; j < 4; ++j) linear.faces(row, j) = nodes[piece[j]];
       linear.parent.push_back(f);
     }
   }

@@ -17,10 +17,10 @@ namespace {
 
 // Of each node: the number of elements of structure that have it.
 std::vector<Index> uses_of_nodes(const Mesh& mesh) {
-  std::vector<Index> uses(static_cast<std::size_t>(mesh.coordinates.rows()), 0);
+  std::vector<Index> uses(mesh.coordinates.rows(), 0);
   for (const Block& block : mesh.blocks) {
     if (!is_structure(block)) continue;
-    for (const Index node : block.connectivity.reshaped()) ++uses[static_cast<std::size_t>(node)];
+    for (const Index node : block.connectivity.reshaped()) ++uses[node];
   }
   return uses;
 }
@@ -28,9 +28,8 @@ std::vector<Index> uses_of_nodes(const Mesh& mesh) {
 // Whether a hex20 has four parallel edges that no other element has: it lies in a row.
 bool is_in_row(const std::vector<Index>& uses, const Block& block, Index e) {
   for (const auto& edges : {std::array{8, 10, 16, 18}, {9, 11, 17, 19}, {12, 13, 14, 15}})
-    if (std::all_of(edges.begin(), edges.end(), [&](int i) {
-          return uses[static_cast<std::size_t>(block.connectivity(e, i))] == 1;
-        }))
+    if (std::all_of(edges.begin(), edges.end(),
+                    [&](int i) { return uses[block.connectivity(e, i)] == 1; }))
       return true;
   return false;
 }
@@ -42,9 +41,8 @@ std::vector<std::string> loose_nodesets(const Mesh& mesh) {
   if (mesh.nodesets.empty()) return texts;
   const std::vector<Index> is_of_solid = uses_of_nodes(mesh);
   for (const Nodeset& set : mesh.nodesets) {
-    const auto loose = std::count_if(set.nodes.begin(), set.nodes.end(), [&](Index node) {
-      return is_of_solid[static_cast<std::size_t>(node)] == 0;
-    });
+    const auto loose = std::count_if(set.nodes.begin(), set.nodes.end(),
+                                     [&](Index node) { return is_of_solid[node] == 0; });
     if (loose > 0)
       texts.push_back(set.name + " (" + std::to_string(loose) + " of its " +
                       std::to_string(set.nodes.size()) + " nodes are of no element)");
@@ -57,7 +55,7 @@ std::vector<std::string> loose_nodesets(const Mesh& mesh) {
 void add_unused_nodes(const Mesh& mesh, std::vector<std::string>& texts) {
   std::vector<Index> is_used = uses_of_nodes(mesh);
   for (const Nodeset& set : mesh.nodesets)
-    for (const Index node : set.nodes) is_used[static_cast<std::size_t>(node)] = 1;
+    for (const Index node : set.nodes) is_used[node] = 1;
   const auto n = std::count(is_used.begin(), is_used.end(), 0),
              all = static_cast<std::ptrdiff_t>(is_used.size());
   constexpr std::ptrdiff_t usual_share = 20;
@@ -119,7 +117,7 @@ void refuse_left_out_blocks(const Component& component, const Mesh& mesh) {
   for (const auto& [named, options] : component.blocks) {
     const Index found = find_block(mesh, named);
     if (found >= 0) {
-      const Block& block = mesh.blocks[static_cast<std::size_t>(found)];
+      const Block& block = mesh.blocks[found];
       if (!is_structure(block))
         refuse(named, options, block.connectivity.rows(), std::string(name(block.type)));
     }

@@ -20,9 +20,9 @@ void add_points_of_file(Component& component) {
   const Superelement s = sets_in(component.reduction->superelement);
   std::vector<char> turns(s.node_ids.size(), 0);
   for (std::size_t i = 0; i < s.dof_node.size(); ++i)
-    if (s.dof_component[i] > 2) turns[static_cast<std::size_t>(s.dof_node[i])] = 1;
+    if (s.dof_component[i] > 2) turns[s.dof_node[i]] = 1;
   for (const auto& [name, nodes] : s.nodesets) {
-    if (nodes.size() != 1 || turns[static_cast<std::size_t>(nodes.front())] == 0) continue;
+    if (nodes.size() != 1 || turns[nodes.front()] == 0) continue;
     Component::Point& point = component.points[name];
     point.nodes = name;
     point.rigid = true;

@@ -260,7 +260,7 @@ void add_faces_of_shells(Mesh& mesh) {
 // Sidesets of edges of shells have no faces: their nodes are a nodeset.
 void make_nodesets_of_edges(Mesh& mesh) {
   const auto is_edge = [&](const Side& side) {
-    return mesh.blocks[static_cast<std::size_t>(side.block)].thickness > 0 && side.side > 2;
+    return mesh.blocks[side.block].thickness > 0 && side.side > 2;
   };
   Index id = 0;
   for (const Nodeset& nodeset : mesh.nodesets) id = std::max(id, nodeset.id);
@@ -281,7 +281,7 @@ void mark_shells(const Component& component, Mesh& mesh) {
   for (const auto& [named, options] : component.blocks) {
     const Index found = find_block(mesh, named);
     if (!options.thickness || found < 0) continue;
-    Block& block = mesh.blocks[static_cast<std::size_t>(found)];
+    Block& block = mesh.blocks[found];
     if (block.type != ElementType::tri3 && block.type != ElementType::quad4)
       throw InputError(options.source.text() + ": components." + component.name + ".blocks." +
                        named + ".thickness: the block is of " + std::string(name(block.type)) +
@@ -310,10 +310,10 @@ std::vector<BlockProperties> block_properties(const Scene& scene, const Componen
   for (const auto& [block, options] : component.blocks) {
     const Index found = find_block(mesh, block);
     if (found >= 0) {
-      auto& its_options = options_of[static_cast<std::size_t>(found)];
+      auto& its_options = options_of[found];
       if (its_options != nullptr)
         throw InputError(options.source.text() + ": components." + component.name + ".blocks." +
-                         block + ": block '" + names[static_cast<std::size_t>(found)] +
+                         block + ": block '" + names[found] +
                          "' is listed twice under blocks, by name and by number: keep one");
       its_options = &options;
       continue;

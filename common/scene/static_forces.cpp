@@ -82,8 +82,7 @@ NodeAreas node_areas(const Superelement& s, const Surface& surface) {
   NodeAreas areas;
   areas.node = surface_nodes(surface);
   std::vector<Index> place(s.node_ids.size(), -1);
-  for (std::size_t i = 0; i < areas.node.size(); ++i)
-    place[static_cast<std::size_t>(areas.node[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < areas.node.size(); ++i) place[areas.node[i]] = static_cast<Index>(i);
   areas.vector = Points::Zero(static_cast<Index>(areas.node.size()), 3);
   areas.area = Vector::Zero(areas.vector.rows());
   const IndexTable faces = linear_faces(surface).faces;
@@ -92,7 +91,7 @@ NodeAreas node_areas(const Superelement& s, const Surface& surface) {
     const auto x = [&](Index i) { return Vector3(s.coordinates.row(faces(f, i))); };
     const Vector3 a = 0.5 * (x(2) - x(0)).cross(x(3) - x(1));  // of a triangle, x3 = x2, too
     for (Index i = 0; i < corners; ++i) {
-      const Index node = place[static_cast<std::size_t>(faces(f, i))];
+      const Index node = place[faces(f, i)];
       areas.vector.row(node) += a.transpose() / static_cast<double>(corners);
       areas.area(node) += a.norm() / static_cast<double>(corners);
     }
@@ -120,7 +119,7 @@ StaticShare static_forces(const std::vector<TouchingSurface>& touching,
   for (const auto& [surface, all_directions] : touching) {
     const NodeAreas areas = node_areas(s, *surface);
     for (std::size_t i = 0; i < areas.node.size(); ++i) {
-      if (!is_kept.empty() && is_kept[static_cast<std::size_t>(areas.node[i])] != 0) continue;
+      if (!is_kept.empty() && is_kept[areas.node[i]] != 0) continue;
       NodeForces& node = of_node[areas.node[i]];
       const auto row = static_cast<Index>(i);
       node.all_directions |= all_directions;
@@ -136,8 +135,7 @@ StaticShare static_forces(const std::vector<TouchingSurface>& touching,
     directions.insert(directions.end(), its.begin(), its.end());
   }
   forces.direction.resize(forces.size(), 3);
-  for (Index i = 0; i < forces.size(); ++i)
-    forces.direction.row(i) = directions[static_cast<std::size_t>(i)];
+  for (Index i = 0; i < forces.size(); ++i) forces.direction.row(i) = directions[i];
   return forces;
 }
 

@@ -224,8 +224,7 @@ void write_sierra_superelement(const SierraSuperelement& s, SierraLayout layout,
   for (const char* name : {"eb_status", "eb_prop1", "ns_status", "ns_prop1"})
     out.write(name, std::vector<Index>{1});
   is_newer ? write_newer(out, s) : write_older(out, s);
-  std::vector<Index> nodes(static_cast<std::size_t>(n_nodes)),
-      map(is_newer ? 2 * static_cast<std::size_t>(s.n_modes) : 0, 0);
+  std::vector<Index> nodes(n_nodes), map(is_newer ? 2 * static_cast<std::size_t>(s.n_modes) : 0, 0);
   std::iota(nodes.begin(), nodes.end(), Index{1});
   for (const char* name : {"connect1", "node_ns1"}) out.write(name, nodes);
   write_matrix(out, "Kr", s.Kr);
@@ -234,7 +233,7 @@ void write_sierra_superelement(const SierraSuperelement& s, SierraLayout layout,
     map.insert(map.end(), {s.dof_node[i], Index{s.dof_component[i]} + 1});
   out.write("cbmap", map);
   out.write("node_num_map", s.node_ids);
-  out.write("dist_fact_ns1", std::vector<double>(static_cast<std::size_t>(n_nodes), 1.0));
+  out.write("dist_fact_ns1", std::vector<double>(n_nodes, 1.0));
   out.close();
 }
 

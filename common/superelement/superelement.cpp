@@ -30,9 +30,8 @@ Matrix reduced_rigid_modes(const Superelement& s, const Vector3& center) {
   // R = [0; R_c]   (n x 6)
   Matrix R = Matrix::Zero(s.n(), 6);
   for (Index i = 0; i < s.c(); ++i) {
-    const Vector3 arm =
-        s.coordinates.row(s.dof_node[static_cast<std::size_t>(i)]).transpose() - center;
-    const int component = s.dof_component[static_cast<std::size_t>(i)];
+    const Vector3 arm = s.coordinates.row(s.dof_node[i]).transpose() - center;
+    const int component = s.dof_component[i];
     for (int axis = 0; axis < 3; ++axis) {
       R(s.k() + i, axis) = component == axis ? 1.0 : 0.0;
       R(s.k() + i, 3 + axis) = component < 3           ? Vector3::Unit(axis).cross(arm)(component)
@@ -53,8 +52,7 @@ Vector3 residual_mass_share(const Superelement& s) {
   for (int axis = 0; axis < 3; ++axis) {
     if (s.fixed.any() && s.fixed.resisted.col(axis).norm() > 1e-9) continue;  // none there
     Vector r(s.c());  // rigid translation of the interface   (c)
-    for (Index i = 0; i < s.c(); ++i)
-      r(i) = s.dof_component[static_cast<std::size_t>(i)] == axis ? 1.0 : 0.0;
+    for (Index i = 0; i < s.c(); ++i) r(i) = s.dof_component[i] == axis ? 1.0 : 0.0;
     // rho = r^T (M_cc - M_kc^T M_kc) r / r^T M_cc r
     const double whole = r.dot(s.M_cc * r);
     // BLAS complains, on stdout, about a matrix without rows.

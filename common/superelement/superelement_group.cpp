@@ -52,8 +52,7 @@ void join_surfaces(const SuperelementGroup& group, JoinedNodes& joined) {
   std::map<std::string, Surface> by_name;
   for (std::size_t d = 0; d < group.domains.size(); ++d) {
     for (Surface surface : group.domains[d].surfaces) {
-      for (Index& node : surface.faces.reshaped())
-        node = joined.place[d][static_cast<std::size_t>(node)];
+      for (Index& node : surface.faces.reshaped()) node = joined.place[d][node];
       const auto [place, is_new] = by_name.try_emplace(surface.name, surface);
       if (!is_new) append(place->second, std::move(surface));
     }
@@ -66,7 +65,7 @@ void join_nodesets(const SuperelementGroup& group, JoinedNodes& joined) {
   for (std::size_t d = 0; d < group.domains.size(); ++d) {
     for (const auto& [name, nodes] : group.domains[d].nodesets) {
       auto& all = by_name[name];
-      for (const Index node : nodes) all.insert(joined.place[d][static_cast<std::size_t>(node)]);
+      for (const Index node : nodes) all.insert(joined.place[d][node]);
     }
   }
   for (const auto& [name, nodes] : by_name)
@@ -77,8 +76,7 @@ void join_nodesets(const SuperelementGroup& group, JoinedNodes& joined) {
 std::vector<Index> joined_dofs(const Superelement& domain, const std::vector<Index>& place) {
   std::vector<Index> dofs;
   for (std::size_t i = 0; i < domain.dof_node.size(); ++i) {
-    dofs.push_back(3 * place[static_cast<std::size_t>(domain.dof_node[i])] +
-                   domain.dof_component[i]);
+    dofs.push_back(3 * place[domain.dof_node[i]] + domain.dof_component[i]);
   }
   return dofs;
 }
@@ -100,9 +98,9 @@ void join_matrices(const SuperelementGroup& group, const JoinedNodes& joined, Su
     const Superelement& s = group.domains[d];
     const std::vector<Index> dofs = joined_dofs(s, joined.place[d]);
     for (Index j = 0; j < s.c(); ++j) {
-      const Index column = dofs[static_cast<std::size_t>(j)];
+      const Index column = dofs[j];
       for (Index i = 0; i < s.c(); ++i) {
-        const Index row = dofs[static_cast<std::size_t>(i)];
+        const Index row = dofs[i];
         whole.K_cc(row, column) += s.K_cc(i, j);
         whole.M_cc(row, column) += s.M_cc(i, j);
       }

@@ -75,8 +75,7 @@ void keep_rotations(const Reduction& r, std::vector<Index>& kept) {
   if (r.options.condenses_rotations) return;
   const std::vector<Index> nodes = kept;
   for (Index i = r.model.n_translations(); i < static_cast<Index>(r.model.nodes.size()); ++i)
-    if (std::binary_search(nodes.begin(), nodes.end(),
-                           r.model.row[static_cast<std::size_t>(mesh_node(r, i))]))
+    if (std::binary_search(nodes.begin(), nodes.end(), r.model.row[mesh_node(r, i)]))
       kept.push_back(i);
 }
 
@@ -175,8 +174,7 @@ void LocalEngine::assemble(Reduction& r, Superelement& s) {
   if (interface_ == nullptr) {
     kept = kept_nodes(r);
   } else {
-    for (const Index node : *interface_)
-      kept.push_back(r.model.row[static_cast<std::size_t>(node)]);
+    for (const Index node : *interface_) kept.push_back(r.model.row[node]);
   }
   if (r.model.n_rotations > 0) keep_rotations(r, kept);
   if (!r.options.is_characteristic())

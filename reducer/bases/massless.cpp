@@ -31,7 +31,7 @@ constexpr double no_part = 1e-20;  // of |p|^2 |V_j|^2: round-off
 Matrix pressures(const Superelement& s) {
   Matrix P(s.c(), static_cast<Index>(s.surfaces.size()));
   for (Index q = 0; q < P.cols(); ++q) {
-    const Points n = face_normals(s.surfaces[static_cast<std::size_t>(q)], s.coordinates);
+    const Points n = face_normals(s.surfaces[q], s.coordinates);
     for (Index i = 0; i < s.c(); ++i) {
       const auto at = static_cast<std::size_t>(i);
       P(i, q) = n(s.dof_node[at], s.dof_component[at]);
@@ -314,8 +314,7 @@ void finish(const Matrix& V, Index k, const Matrix& elastic, MasslessFigures& fi
   figures.smallest_pivot = pivot;
   for (int axis = 0; axis < 3; ++axis) {
     Vector t(s.c());
-    for (Index i = 0; i < s.c(); ++i)
-      t[i] = s.dof_component[static_cast<std::size_t>(i)] == axis ? 1 : 0;
+    for (Index i = 0; i < s.c(); ++i) t[i] = s.dof_component[i] == axis ? 1 : 0;
     const double whole = t.dot(elastic * t);
     figures.left[axis] = whole > 0 ? t.dot(m.F * t) / whole : 0;
   }

@@ -12,9 +12,7 @@ namespace {
 
 std::vector<Index> ids_of(const Reduction& r, const std::vector<Index>& nodes) {
   std::vector<Index> ids;
-  for (const Index i : nodes)
-    ids.push_back(
-        r.mesh.node_ids[static_cast<std::size_t>(r.model.nodes[static_cast<std::size_t>(i)])]);
+  for (const Index i : nodes) ids.push_back(r.mesh.node_ids[r.model.nodes[i]]);
   return ids;
 }
 
@@ -35,14 +33,13 @@ std::vector<Index> places(const Reduction& r) {
   std::vector<Index> place(r.mesh.node_ids.size(), -1);
   Index next = 0;
   const auto add = [&](const std::vector<Index>& nodes) {
-    for (const Index i : nodes)
-      place[static_cast<std::size_t>(r.model.nodes[static_cast<std::size_t>(i)])] = next++;
+    for (const Index i : nodes) place[r.model.nodes[i]] = next++;
   };
   add(mesh_nodes_on_interface(r));
   next += r.p.n_points;
   add(mesh_nodes_inside(r));
   for (const RigidPoint& point : r.settings.points)
-    for (const Index node : point.nodes) place[static_cast<std::size_t>(node)] = next++;
+    for (const Index node : point.nodes) place[node] = next++;
   return place;
 }
 
@@ -59,7 +56,7 @@ void add_nodes_of_points(const Reduction& r, Superelement::Recovery& recovery) {
   Index column = r.p.n_interface() - 6 * r.p.n_points;
   for (const RigidPoint& point : r.settings.points) {
     for (const Index node : point.nodes) {
-      recovery.node_ids.push_back(r.mesh.node_ids[static_cast<std::size_t>(node)]);
+      recovery.node_ids.push_back(r.mesh.node_ids[node]);
       recovery.coordinates.row(n) = r.mesh.coordinates.row(node);
       recovery.Psi.block<3, 6>(3 * n, column) =
           motion_at(Vector3(r.mesh.coordinates.row(node)) - point.at);
@@ -71,20 +68,18 @@ void add_nodes_of_points(const Reduction& r, Superelement::Recovery& recovery) {
 
 }  // namespace
 
-Index mesh_node(const Reduction& r, Index model_node) {
-  return r.model.nodes[static_cast<std::size_t>(model_node)];
-}
+Index mesh_node(const Reduction& r, Index model_node) { return r.model.nodes[model_node]; }
 
 std::string node_of_interior_dof(const Reduction& r, Index row) {
   const Index dof = r.p.interior_dof(row);
-  const Index node = r.p.interior_nodes[static_cast<std::size_t>(dof / 3)];
-  return name_of_node(r.mesh, r.model.nodes[static_cast<std::size_t>(node)]) +
+  const Index node = r.p.interior_nodes[dof / 3];
+  return name_of_node(r.mesh, r.model.nodes[node]) +
          (r.p.is_interior_rotation(dof / 3) ? " turning about " : " in ") + "xyz"[dof % 3];
 }
 
 std::vector<Index> parts_of_nodes(const Reduction& r, const std::vector<Index>& nodes) {
   std::vector<Index> part;
-  for (const Index node : nodes) part.push_back(r.part[static_cast<std::size_t>(node)]);
+  for (const Index node : nodes) part.push_back(r.part[node]);
   return part;
 }
 
@@ -106,7 +101,7 @@ std::vector<ComponentPart> parts(const Reduction& r) {
 
 std::string node_of_interface_dof(const Reduction& r, Index row) {
   const Index dof = r.p.interface_dof(row);
-  return name_of_node(r.mesh, mesh_node(r, r.p.interface_nodes[static_cast<std::size_t>(dof / 3)]));
+  return name_of_node(r.mesh, mesh_node(r, r.p.interface_nodes[dof / 3]));
 }
 
 Points coordinates_of(const Reduction& r, const std::vector<Index>& nodes) {
@@ -123,7 +118,7 @@ std::vector<Index> own_nodes(const Reduction& r) {
   const std::vector<Index>* numbers = r.inside->own_nodes();
   if (numbers == nullptr) return r.p.interior_nodes;
   std::vector<Index> own;
-  for (const Index i : *numbers) own.push_back(r.p.interior_nodes[static_cast<std::size_t>(i)]);
+  for (const Index i : *numbers) own.push_back(r.p.interior_nodes[i]);
   return own;
 }
 
@@ -160,8 +155,7 @@ void recover_in_one(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement
   for (const auto& block : r.mesh.blocks) {
     if (!is_structure(block)) continue;
     recovery.blocks.push_back(block);
-    for (Index& node : recovery.blocks.back().connectivity.reshaped())
-      node = place[static_cast<std::size_t>(node)];
+    for (Index& node : recovery.blocks.back().connectivity.reshaped()) node = place[node];
   }
   if (!r.options.recovery_sets.empty())
     keep_elements_at(r.mesh, r.options.recovery_sets, place, recovery);
@@ -180,7 +174,7 @@ void describe_interface(const Reduction& r, Superelement& s) {
   s.node_ids = ids_of(r, nodes);
   Points x = coordinates_of(r, nodes);
   for (Index i = 0; i < 3 * x.rows(); ++i) {
-    if (r.model.is_fixed(3 * nodes[static_cast<std::size_t>(i / 3)] + i % 3)) continue;
+    if (r.model.is_fixed(3 * nodes[i / 3] + i % 3)) continue;
     s.dof_node.push_back(i / 3);
     s.dof_component.push_back(static_cast<int>(i % 3));
   }
@@ -190,8 +184,8 @@ void describe_interface(const Reduction& r, Superelement& s) {
   const auto first = static_cast<std::ptrdiff_t>(nodes.size());
   for (Index i = 0; i < r.p.interface_rotations; ++i)
     for (int c = 3; c < 6; ++c) {
-      const Index node = r.p.interface_nodes[static_cast<std::size_t>(first + i)];
-      s.dof_node.push_back(place[static_cast<std::size_t>(mesh_node(r, node))]);
+      const Index node = r.p.interface_nodes[first + i];
+      s.dof_node.push_back(place[mesh_node(r, node)]);
       s.dof_component.push_back(c);
     }
   add_interface_sets(r.mesh, place, r.options.interface_sets, s);

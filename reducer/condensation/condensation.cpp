@@ -74,7 +74,7 @@ class Condenser {
   }
 
   static std::vector<Index> first_numbers(Index n) {
-    std::vector<Index> numbers(static_cast<std::size_t>(n));
+    std::vector<Index> numbers(n);
     std::iota(numbers.begin(), numbers.end(), Index{0});
     return numbers;
   }
@@ -164,8 +164,7 @@ class Condenser {
     const std::vector<Index> rank = inverse(columns_);
     for (Index q = 0; q < A.cols(); ++q) {
       for (SparseMatrix::InnerIterator it(A, q); it; ++it) {
-        const Index i = rank[static_cast<std::size_t>(it.row())],
-                    j = rank[static_cast<std::size_t>(q)];
+        const Index i = rank[it.row()], j = rank[q];
         if (i <= j) upper(i, j) += it.value();
       }
     }
@@ -209,16 +208,14 @@ class Condenser {
 
   void couple_panel(Index first, const Matrix& X) {
     const Matrix part = M_Phi_.transpose() * X.transpose();
-    for (Index j = 0; j < X.rows(); ++j)
-      result_.M_kc.col(columns_[static_cast<std::size_t>(first + j)]) += part.col(j);
+    for (Index j = 0; j < X.rows(); ++j) result_.M_kc.col(columns_[first + j]) += part.col(j);
   }
 
   // Rows of m = T^T M R = Psi^T (M R)_I + (M R)_C
   void rigid_panel(Index first, const Matrix& X) {
     Matrix rows = Matrix::Zero(X.rows(), m_.cols());
     P_I_.add(X, 1, rows);
-    for (Index j = 0; j < X.rows(); ++j)
-      m_.row(columns_[static_cast<std::size_t>(first + j)]) = rows.row(j);
+    for (Index j = 0; j < X.rows(); ++j) m_.row(columns_[first + j]) = rows.row(j);
   }
 
   // With Psi + (R_I - Psi R_C) G from here on
@@ -240,7 +237,7 @@ class Condenser {
     for (Index j = 0; j < X.rows(); j += line)
       for (Index i = 0; i < X.cols(); ++i)
         for (Index l = j; l < std::min(j + line, X.rows()); ++l)
-          result_.Psi(order[i], columns_[static_cast<std::size_t>(first + l)]) = X(l, i);
+          result_.Psi(order[i], columns_[first + l]) = X(l, i);
   }
 
   // M_cc = M_CC + Psi^T M_II Psi: S = M_II^1/2 Psi for the product, or -K_CI K_II^-1 (M_II Psi) at

@@ -67,8 +67,7 @@ void PanelProduct::add(const Eigen::Ref<const Matrix>& X_t, double alpha,
 
 std::vector<Index> inverse(const std::vector<Index>& order) {
   std::vector<Index> place(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i)
-    place[static_cast<std::size_t>(order[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = static_cast<Index>(i);
   return place;
 }
 
@@ -79,9 +78,8 @@ SparseMatrix reordered(const SparseMatrix& A, const std::vector<Index>& place,
   std::vector<std::pair<Index, double>> column;
   for (Index j = 0; j < A.cols(); ++j) {
     column.clear();
-    for (SparseMatrix::InnerIterator it(A, order[static_cast<std::size_t>(j)]); it; ++it)
-      if (it.value() != 0)
-        column.emplace_back(place[static_cast<std::size_t>(it.row())], it.value());
+    for (SparseMatrix::InnerIterator it(A, order[j]); it; ++it)
+      if (it.value() != 0) column.emplace_back(place[it.row()], it.value());
     std::sort(column.begin(), column.end());
     B.startVec(j);
     for (const auto& [row, value] : column) B.insertBack(row, j) = value;
@@ -91,16 +89,14 @@ SparseMatrix reordered(const SparseMatrix& A, const std::vector<Index>& place,
 }
 
 std::vector<Index> by_first_row(const SparseMatrix& K_IC, const std::vector<Index>& place) {
-  std::vector<Index> first(static_cast<std::size_t>(K_IC.cols()), K_IC.rows()), order(first.size());
+  std::vector<Index> first(K_IC.cols(), K_IC.rows()), order(first.size());
   for (Index j = 0; j < K_IC.cols(); ++j) {
     for (SparseMatrix::InnerIterator it(K_IC, j); it; ++it)
-      first[static_cast<std::size_t>(j)] =
-          std::min(first[static_cast<std::size_t>(j)], place[static_cast<std::size_t>(it.row())]);
+      first[j] = std::min(first[j], place[it.row()]);
   }
   std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
-    return first[static_cast<std::size_t>(a)] < first[static_cast<std::size_t>(b)];
-  });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index a, Index b) { return first[a] < first[b]; });
   return order;
 }
 

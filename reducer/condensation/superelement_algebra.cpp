@@ -35,9 +35,9 @@ Matrix rigid_motions_of_parts(const Superelement& s, const std::vector<Index>& p
     const Matrix all = rigid_modes(x, Vector3::Zero());
     Matrix R = Matrix::Zero(s.n(), 6);
     for (Index i = 0; i < s.c(); ++i) {
-      const auto node = static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)]);
+      const auto node = static_cast<std::size_t>(s.dof_node[i]);
       if (part[node] != number) continue;
-      const int component = s.dof_component[static_cast<std::size_t>(i)];
+      const int component = s.dof_component[i];
       if (component < 3) {
         R.row(s.k() + i) = all.row(3 * static_cast<Index>(node) + component);
       } else {
@@ -50,7 +50,7 @@ Matrix rigid_motions_of_parts(const Superelement& s, const std::vector<Index>& p
     for (Index j = 0; j < qr.rank(); ++j) columns.emplace_back(R.col(qr.column(j)));
   }
   Matrix R(s.n(), static_cast<Index>(columns.size()));
-  for (Index j = 0; j < R.cols(); ++j) R.col(j) = columns[static_cast<std::size_t>(j)];
+  for (Index j = 0; j < R.cols(); ++j) R.col(j) = columns[j];
   return R;
 }
 

@@ -215,8 +215,7 @@ Matrix DistributedInterior::from_first(const std::function<Matrix()>& result) co
 
 std::vector<Index> DistributedInterior::order_of_rows() const {
   Vector own(n_rows());
-  for (Index i = 0; i < own.size(); ++i)
-    own(i) = static_cast<double>(3 * nodes_[static_cast<std::size_t>(i / 3)] + i % 3);
+  for (Index i = 0; i < own.size(); ++i) own(i) = static_cast<double>(3 * nodes_[i / 3] + i % 3);
   std::vector<Index> order;
   for (const double row : gather_in_first(own)) order.push_back(static_cast<Index>(row));
   return order;
@@ -225,8 +224,7 @@ std::vector<Index> DistributedInterior::order_of_rows() const {
 void gather_columns(const std::vector<Index>& order, const Matrix& own, Index first, Matrix& B) {
   for (Index j = 0; j < own.cols(); ++j) {
     const Vector all = gather_in_first(own.col(j));
-    for (Index i = 0; i < all.size(); ++i)
-      B(order[static_cast<std::size_t>(i)], first + j) = all(i);
+    for (Index i = 0; i < all.size(); ++i) B(order[i], first + j) = all(i);
   }
 }
 

@@ -42,10 +42,9 @@ int keep_words() {
 
 // Prints its last line on the former stderr.
 void show_last_words(int voice, int rank) {
-  std::string text(
-      static_cast<std::size_t>(std::max<off_t>(::lseek(STDERR_FILENO, 0, SEEK_END), 0)), '\0');
+  std::string text(std::max<off_t>(::lseek(STDERR_FILENO, 0, SEEK_END), 0), '\0');
   const auto got = ::pread(STDERR_FILENO, text.data(), text.size(), 0);
-  text.resize(static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+  text.resize(std::max<ssize_t>(got, 0));
   while (!text.empty() && text.back() == '\n') text.pop_back();
   text = text.substr(text.rfind('\n') + 1) + " (in process " + std::to_string(rank) + ")\n";
   [[maybe_unused]] const auto written = ::write(voice, text.data(), text.size());
@@ -143,7 +142,7 @@ void together(const std::function<void()>& work) {
   int head[2] = {static_cast<int>(own.outcome), static_cast<int>(own.text.size())};
   MPI_Bcast(head, 2, MPI_INT, first, PETSC_COMM_WORLD);
   std::string text = own.text;
-  text.resize(static_cast<std::size_t>(head[1]));
+  text.resize(head[1]);
   MPI_Bcast(text.data(), head[1], MPI_CHAR, first, PETSC_COMM_WORLD);
   if (static_cast<Outcome>(head[0]) == Outcome::input_error) throw InputError(text);
   throw RunError(text);
@@ -188,7 +187,7 @@ void send_to_first(const std::string& bytes) {
 std::string receive(int from) {
   long long size = 0;
   MPI_Recv(&size, 1, MPI_LONG_LONG, from, 0, PETSC_COMM_WORLD, MPI_STATUS_IGNORE);
-  std::string bytes(static_cast<std::size_t>(size), '\0');
+  std::string bytes(size, '\0');
   for (std::size_t at = 0; at < bytes.size(); at += piece)
     MPI_Recv(bytes.data() + at, piece_at(at, bytes), MPI_CHAR, from, 0, PETSC_COMM_WORLD,
              MPI_STATUS_IGNORE);
@@ -230,8 +229,7 @@ struct RowsOfAll {
 RowsOfAll rows_of_all(Index n_own) {
   int count = 1, own = static_cast<int>(n_own);
   MPI_Comm_size(PETSC_COMM_WORLD, &count);
-  RowsOfAll rows{std::vector<int>(static_cast<std::size_t>(count), 0),
-                 std::vector<int>(static_cast<std::size_t>(count), 0)};
+  RowsOfAll rows{std::vector<int>(count, 0), std::vector<int>(count, 0)};
   MPI_Allgather(&own, 1, MPI_INT, rows.count.data(), 1, MPI_INT, PETSC_COMM_WORLD);
   std::exclusive_scan(rows.count.begin(), rows.count.end(), rows.first.begin(), 0);
   return rows;

@@ -40,7 +40,7 @@ Pieces pieces_of(const Graph& graph, const std::vector<Index>& part) {
       stack.pop_back();
       found.weight.back() += graph.weight[v];
       for (Index i = graph.first[v]; i < graph.first[v + 1]; ++i) {
-        const auto w = static_cast<std::size_t>(graph.neighbours[static_cast<std::size_t>(i)]);
+        const auto w = static_cast<std::size_t>(graph.neighbours[i]);
         if (found.piece[w] >= 0 || part[w] != part[v]) continue;
         found.piece[w] = number;
         stack.push_back(static_cast<Index>(w));
@@ -57,8 +57,7 @@ Index best_neighbour(const Graph& graph, const std::vector<Index>& part, const P
   for (std::size_t v = 0; v < part.size(); ++v) {
     if (pieces.piece[v] != piece) continue;
     for (Index i = graph.first[v]; i < graph.first[v + 1]; ++i) {
-      const Index other =
-          part[static_cast<std::size_t>(graph.neighbours[static_cast<std::size_t>(i)])];
+      const Index other = part[graph.neighbours[i]];
       if (other != part[v]) ++faces[other];
     }
   }
@@ -77,15 +76,15 @@ Index best_neighbour(const Graph& graph, const std::vector<Index>& part, const P
 void move_strays(const Graph& graph, std::vector<Index>& part, Index n) {
   while (true) {
     const Pieces pieces = pieces_of(graph, part);
-    std::vector<Index> keeps(static_cast<std::size_t>(n), -1);
-    const auto weight = [&](Index piece) { return pieces.weight[static_cast<std::size_t>(piece)]; };
+    std::vector<Index> keeps(n, -1);
+    const auto weight = [&](Index piece) { return pieces.weight[piece]; };
     for (Index p = 0; p < static_cast<Index>(pieces.part.size()); ++p) {
-      Index& kept = keeps[static_cast<std::size_t>(pieces.part[static_cast<std::size_t>(p)])];
+      Index& kept = keeps[pieces.part[p]];
       if (kept < 0 || weight(p) > weight(kept)) kept = p;
     }
     Index stray = -1;
     for (Index p = 0; p < static_cast<Index>(pieces.part.size()); ++p) {
-      if (keeps[static_cast<std::size_t>(pieces.part[static_cast<std::size_t>(p)])] == p) continue;
+      if (keeps[pieces.part[p]] == p) continue;
       if (stray < 0 || weight(p) < weight(stray)) stray = p;
     }
     if (stray < 0) return;
@@ -101,14 +100,13 @@ std::vector<Index> walk(const Graph& graph, const std::vector<Index>& part, Inde
                         Index start) {
   std::vector<bool> seen(part.size(), false);
   std::vector<Index> order = {start};
-  seen[static_cast<std::size_t>(start)] = true;
+  seen[start] = true;
   for (std::size_t i = 0; i < order.size(); ++i) {
     const auto v = static_cast<std::size_t>(order[i]);
     for (Index j = graph.first[v]; j < graph.first[v + 1]; ++j) {
-      const Index w = graph.neighbours[static_cast<std::size_t>(j)];
-      if (seen[static_cast<std::size_t>(w)] || part[static_cast<std::size_t>(w)] != number)
-        continue;
-      seen[static_cast<std::size_t>(w)] = true;
+      const Index w = graph.neighbours[j];
+      if (seen[w] || part[w] != number) continue;
+      seen[w] = true;
       order.push_back(w);
     }
   }
@@ -119,15 +117,14 @@ std::vector<Index> walk(const Graph& graph, const std::vector<Index>& part, Inde
 // the remaining pieces touch it.
 void fill_empty(const Graph& graph, std::vector<Index>& part, Index n) {
   for (Index empty = 0; empty < n; ++empty) {
-    std::vector<Index> count(static_cast<std::size_t>(n), 0);
-    for (const Index p : part) ++count[static_cast<std::size_t>(p)];
-    if (count[static_cast<std::size_t>(empty)] > 0) continue;
+    std::vector<Index> count(n, 0);
+    for (const Index p : part) ++count[p];
+    if (count[empty] > 0) continue;
     const Index largest = std::max_element(count.begin(), count.end()) - count.begin();
     const Index first = std::find(part.begin(), part.end(), largest) - part.begin();
     const std::vector<Index> order =
         walk(graph, part, largest, walk(graph, part, largest, first).back());
-    for (std::size_t i = order.size() / 2; i < order.size(); ++i)
-      part[static_cast<std::size_t>(order[i])] = empty;
+    for (std::size_t i = order.size() / 2; i < order.size(); ++i) part[order[i]] = empty;
     move_strays(graph, part, n);
   }
 }
@@ -145,12 +142,12 @@ std::vector<Index> connected_partition(const Graph& graph, Index n, GraphCut cut
 double cost(const ElementNodes& elements, const std::vector<Index>& members,
             const std::vector<Index>& part, Index n) {
   std::map<Index, std::vector<Index>> parts_of;
-  std::vector<double> weight(static_cast<std::size_t>(n), 0);
+  std::vector<double> weight(n, 0);
   for (std::size_t i = 0; i < members.size(); ++i) {
     for (const Index node : elements.of(members[i])) {
       auto& parts = parts_of[node];
       if (std::find(parts.begin(), parts.end(), part[i]) == parts.end()) parts.push_back(part[i]);
-      weight[static_cast<std::size_t>(part[i])] += 1;
+      weight[part[i]] += 1;
     }
   }
   double shared = 0, sum = 0;
@@ -184,12 +181,11 @@ Graph subgraph(const Graph& graph, const std::vector<Index>& members) {
   for (std::size_t i = 0; i < members.size(); ++i) local[members[i]] = static_cast<Index>(i);
   Graph sub;
   for (const Index v : members) {
-    for (Index i = graph.first[static_cast<std::size_t>(v)];
-         i < graph.first[static_cast<std::size_t>(v) + 1]; ++i) {
-      sub.neighbours.push_back(local.at(graph.neighbours[static_cast<std::size_t>(i)]));
+    for (Index i = graph.first[v]; i < graph.first[v + 1]; ++i) {
+      sub.neighbours.push_back(local.at(graph.neighbours[i]));
     }
     sub.first.push_back(static_cast<Index>(sub.neighbours.size()));
-    sub.weight.push_back(graph.weight[static_cast<std::size_t>(v)]);
+    sub.weight.push_back(graph.weight[v]);
   }
   return sub;
 }
@@ -203,7 +199,7 @@ std::vector<ConnectedPart> components_of(const Graph& graph) {
   const Pieces pieces = pieces_of(graph, std::vector<Index>(graph.weight.size(), 0));
   std::vector<ConnectedPart> components(pieces.part.size());
   for (std::size_t v = 0; v < pieces.piece.size(); ++v) {
-    ConnectedPart& component = components[static_cast<std::size_t>(pieces.piece[v])];
+    ConnectedPart& component = components[pieces.piece[v]];
     component.members.push_back(static_cast<Index>(v));
     component.weight += graph.weight[v];
   }
@@ -230,21 +226,20 @@ void pack(const std::vector<ConnectedPart>& components, Index n, std::vector<Ind
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return components[a].weight > components[b].weight;
   });
-  std::vector<Index> weight(static_cast<std::size_t>(n), 0);
+  std::vector<Index> weight(n, 0);
   for (const std::size_t c : order) {
     const auto lightest = std::min_element(weight.begin(), weight.end());
     *lightest += components[c].weight;
-    for (const Index v : components[c].members)
-      domain[static_cast<std::size_t>(v)] = lightest - weight.begin();
+    for (const Index v : components[c].members) domain[v] = lightest - weight.begin();
   }
 }
 
 // Domains by their first element.
 void renumber(std::vector<Index>& domain, Index n) {
-  std::vector<Index> number(static_cast<std::size_t>(n), -1);
+  std::vector<Index> number(n, -1);
   Index next = 0;
   for (Index& d : domain) {
-    Index& mapped = number[static_cast<std::size_t>(d)];
+    Index& mapped = number[d];
     if (mapped < 0) mapped = next++;
     d = mapped;
   }
@@ -260,7 +255,7 @@ Decomposition decompose(const Mesh& mesh, Index n) {
                      std::to_string(elements.size()) +
                      " volume elements: ask for at most that many");
   }
-  Decomposition decomposition{n, std::vector<Index>(static_cast<std::size_t>(elements.size()), 0)};
+  Decomposition decomposition{n, std::vector<Index>(elements.size(), 0)};
   if (n == 1) return decomposition;
   const Graph graph = face_graph(mesh);
   std::vector<ConnectedPart> components = components_of(graph);
@@ -273,7 +268,7 @@ Decomposition decompose(const Mesh& mesh, Index n) {
       const std::vector<Index> part = best_partition(
           elements, component.members, subgraph(graph, component.members), component.n_domains);
       for (std::size_t i = 0; i < part.size(); ++i)
-        decomposition.domain[static_cast<std::size_t>(component.members[i])] = first + part[i];
+        decomposition.domain[component.members[i]] = first + part[i];
       first += component.n_domains;
     }
   }

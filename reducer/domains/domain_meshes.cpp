@@ -14,8 +14,8 @@ std::vector<std::vector<Index>> domains_of_nodes(const Mesh& mesh,
   const ElementNodes elements = element_nodes(mesh);
   for (Index e = 0; e < elements.size(); ++e) {
     for (const Index node : elements.of(e)) {
-      auto& of = domains[static_cast<std::size_t>(node)];
-      const Index d = decomposition.domain[static_cast<std::size_t>(e)];
+      auto& of = domains[node];
+      const Index d = decomposition.domain[e];
       const auto place = std::lower_bound(of.begin(), of.end(), d);
       if (place == of.end() || *place != d) of.insert(place, d);
     }
@@ -33,22 +33,20 @@ void take_elements(const Mesh& mesh, const Decomposition& decomposition,
   Index element = 0;
   for (std::size_t b = 0; b < mesh.blocks.size(); ++b) {
     const Block& block = mesh.blocks[b];
-    places[b].resize(static_cast<std::size_t>(block.connectivity.rows()));
+    places[b].resize(block.connectivity.rows());
     if (dimension(block.type) != 3) continue;
     std::vector<std::vector<Index>> rows(domains.size());
     for (Index e = 0; e < block.connectivity.rows(); ++e, ++element) {
-      const Index d = decomposition.domain[static_cast<std::size_t>(element)];
-      auto& of = rows[static_cast<std::size_t>(d)];
-      places[b][static_cast<std::size_t>(e)] = {
-          d, static_cast<Index>(domains[static_cast<std::size_t>(d)].mesh.blocks.size()),
-          static_cast<Index>(of.size())};
+      const Index d = decomposition.domain[element];
+      auto& of = rows[d];
+      places[b][e] = {d, static_cast<Index>(domains[d].mesh.blocks.size()),
+                      static_cast<Index>(of.size())};
       of.push_back(e);
     }
     for (std::size_t d = 0; d < domains.size(); ++d) {
       if (rows[d].empty()) continue;
       Block part{block.name, block.id, block.type, block.connectivity(rows[d], Eigen::all), {}};
-      for (const Index e : rows[d])
-        part.element_ids.push_back(block.element_ids[static_cast<std::size_t>(e)]);
+      for (const Index e : rows[d]) part.element_ids.push_back(block.element_ids[e]);
       domains[d].mesh.blocks.push_back(std::move(part));
       domains[d].block.push_back(static_cast<Index>(b));
     }
@@ -59,10 +57,10 @@ void take_elements(const Mesh& mesh, const Decomposition& decomposition,
 void take_nodes(const Mesh& mesh, const std::vector<std::vector<Index>>& domains_of,
                 const std::vector<Index>& interface, std::vector<Domain>& domains) {
   std::vector<bool> kept(mesh.node_ids.size(), false);
-  for (const Index node : interface) kept[static_cast<std::size_t>(node)] = true;
+  for (const Index node : interface) kept[node] = true;
   for (std::size_t node = 0; node < domains_of.size(); ++node) {
     for (const Index d : domains_of[node]) {
-      Domain& domain = domains[static_cast<std::size_t>(d)];
+      Domain& domain = domains[d];
       const auto i = static_cast<Index>(domain.node.size());
       domain.node.push_back(static_cast<Index>(node));
       domain.mesh.node_ids.push_back(mesh.node_ids[node]);
@@ -73,10 +71,9 @@ void take_nodes(const Mesh& mesh, const std::vector<std::vector<Index>>& domains
   for (Domain& domain : domains) {
     domain.mesh.coordinates = mesh.coordinates(domain.node, Eigen::all);
     for (std::size_t i = 0; i < domain.node.size(); ++i)
-      local[static_cast<std::size_t>(domain.node[i])] = static_cast<Index>(i);
+      local[domain.node[i]] = static_cast<Index>(i);
     for (Block& block : domain.mesh.blocks) {
-      for (Index& node : block.connectivity.reshaped())
-        node = local[static_cast<std::size_t>(node)];
+      for (Index& node : block.connectivity.reshaped()) node = local[node];
     }
   }
 }
@@ -91,11 +88,9 @@ void take_sidesets(const Mesh& mesh, const std::vector<std::vector<Place>>& plac
     if (!is_wanted(sets, sideset.name)) continue;
     std::vector<Sideset> parts(domains.size(), Sideset{sideset.name, sideset.id, {}});
     for (const Side& side : sideset.sides) {
-      const Place& place =
-          places[static_cast<std::size_t>(side.block)][static_cast<std::size_t>(side.element)];
+      const Place& place = places[side.block][side.element];
       if (place.domain >= 0)
-        parts[static_cast<std::size_t>(place.domain)].sides.push_back(
-            {place.block, place.row, side.side});
+        parts[place.domain].sides.push_back({place.block, place.row, side.side});
     }
     for (std::size_t d = 0; d < domains.size(); ++d) {
       if (!parts[d].sides.empty()) domains[d].mesh.sidesets.push_back(std::move(parts[d]));
@@ -133,7 +128,7 @@ std::vector<Index> shared_nodes(const Mesh& mesh, const Decomposition& decomposi
 std::vector<Domain> split(const Mesh& mesh, const Decomposition& decomposition,
                           const std::vector<Index>& interface,
                           const std::vector<std::string>& sets) {
-  std::vector<Domain> domains(static_cast<std::size_t>(decomposition.n_domains));
+  std::vector<Domain> domains(decomposition.n_domains);
   std::vector<std::vector<Place>> places(mesh.blocks.size());
   take_elements(mesh, decomposition, domains, places);
   take_nodes(mesh, domains_of_nodes(mesh, decomposition), interface, domains);

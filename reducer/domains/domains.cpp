@@ -40,8 +40,7 @@ class OneThreadEach {
 std::vector<Index> kept_nodes(const Mesh& mesh, const FiniteElementModel& model,
                               const std::vector<std::string>& sets) {
   std::vector<Index> nodes;
-  for (const Index i : interface_nodes(mesh, model, sets))
-    nodes.push_back(model.nodes[static_cast<std::size_t>(i)]);
+  for (const Index i : interface_nodes(mesh, model, sets)) nodes.push_back(model.nodes[i]);
   return nodes;
 }
 
@@ -50,8 +49,7 @@ std::vector<Index> kept_nodes(const Mesh& mesh, const FiniteElementModel& model,
 std::vector<std::string> kept_sets(const Mesh& mesh, const std::vector<Index>& interface,
                                    const std::vector<std::string>& named) {
   std::vector<Index> place(mesh.node_ids.size(), -1);
-  for (std::size_t i = 0; i < interface.size(); ++i)
-    place[static_cast<std::size_t>(interface[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < interface.size(); ++i) place[interface[i]] = static_cast<Index>(i);
   Superelement whole;
   add_interface_sets(mesh, place, named, whole);
   std::vector<std::string> names;
@@ -97,7 +95,7 @@ class DomainReducer {
       std::atomic<int> next = 0;
       run_threads(figures.n_workers, [&](int worker) {
         for (int d = next++; d < n; d = next++) {
-          reduce_domain(own[static_cast<std::size_t>(d)]);
+          reduce_domain(own[d]);
           if (worker == 0) report.progress("domains", static_cast<double>(d + 1) / n);
         }
       });
@@ -135,8 +133,7 @@ class DomainReducer {
     try {
       Domain domain = std::move(domains_[d]);  // freed when reduced
       std::vector<BlockProperties> properties;
-      for (const Index block : domain.block)
-        properties.push_back(properties_[static_cast<std::size_t>(block)]);
+      for (const Index block : domain.block) properties.push_back(properties_[block]);
       ReductionOptions options = options_;
       const Index n_I = 3 * static_cast<Index>(domain.node.size() - domain.interface.size());
       if (options.modes && *options.modes > n_I) {
@@ -222,9 +219,7 @@ void add_diagonal(const Mesh& mesh, const ReduceSettings& settings, Report& repo
                      reduced_rigid_modes(whole, group.rigid_body.center).bottomRows(whole.c()))
           .value;
   const Index loose = examine_reduced(whole, rigid_motions_of_parts(whole, part), M_res, condition);
-  if (loose >= 0)
-    condition.loose_node =
-        name_of_node_id(mesh, whole.node_ids[static_cast<std::size_t>(loose / 3)]);
+  if (loose >= 0) condition.loose_node = name_of_node_id(mesh, whole.node_ids[loose / 3]);
   const std::string about = report.about();
   report.about(about + "the domains together: ");
   report_conditioning(condition, report);
@@ -241,7 +236,7 @@ void add_diagonal(const Mesh& mesh, const ReduceSettings& settings, Report& repo
 std::vector<Index> component_interface(const Mesh& mesh, const std::vector<std::string>& sets) {
   std::vector<Index> ids;
   for (const Index node : kept_nodes(mesh, number_nodes(mesh), sets))
-    ids.push_back(mesh.node_ids[static_cast<std::size_t>(node)]);
+    ids.push_back(mesh.node_ids[node]);
   return ids;
 }
 
@@ -263,8 +258,7 @@ std::optional<Vector3> residual_mass_share(const SuperelementGroup& group,
     std::vector<Index> rows, at;  // of S, of S_bb
     for (Index i = 0; i < s.c(); ++i) {
       const auto dof = static_cast<std::size_t>(i);
-      const Index free = number[static_cast<std::size_t>(
-          joined.place[d][static_cast<std::size_t>(s.dof_node[dof])])];
+      const Index free = number[joined.place[d][s.dof_node[dof]]];
       if (free < 0) {
         R(i, s.dof_component[dof]) = 1;
       } else {
@@ -290,7 +284,7 @@ std::vector<Index> parts_of(const Mesh& mesh, const std::vector<Index>& node_ids
   const std::vector<Index> part_of_node = connected_parts(mesh, model);
   std::map<Index, Index> part_of_id;
   for (std::size_t i = 0; i < model.nodes.size(); ++i) {
-    part_of_id[mesh.node_ids[static_cast<std::size_t>(model.nodes[i])]] = part_of_node[i];
+    part_of_id[mesh.node_ids[model.nodes[i]]] = part_of_node[i];
   }
   std::vector<Index> parts;
   for (const Index id : node_ids) parts.push_back(part_of_id.at(id));

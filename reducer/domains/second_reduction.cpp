@@ -49,8 +49,7 @@ JoinedPlaces places_of(const SuperelementGroup& group, const JoinedNodes& joined
     for (Index j = 0; j < s.k(); ++j) of.push_back(first++);
     for (Index i = 0; i < s.c(); ++i) {
       const auto at = static_cast<std::size_t>(i);
-      const Index node =
-          dof[static_cast<std::size_t>(joined.place[d][static_cast<std::size_t>(s.dof_node[at])])];
+      const Index node = dof[joined.place[d][s.dof_node[at]]];
       of.push_back(node >= 0 ? node + s.dof_component[at] : node - s.dof_component[at]);
     }
   }
@@ -86,7 +85,7 @@ SparseMatrix joined_block(const SuperelementGroup& group, const JoinedPlaces& pl
   for (std::size_t d = 0; d < group.domains.size(); ++d) {
     const auto& of = places.of_domain[d];
     for_entries(group.domains[d], which, [&](Index i, Index j, double value) {
-      const Index row = of[static_cast<std::size_t>(i)], column = of[static_cast<std::size_t>(j)];
+      const Index row = of[i], column = of[j];
       if ((row >= 0) != rows_interior || (column >= 0) != columns_interior) return;
       triplets.emplace_back(row >= 0 ? row : JoinedPlaces::of_interface(row),
                             column >= 0 ? column : JoinedPlaces::of_interface(column), value);
@@ -115,22 +114,17 @@ std::vector<Index> parts_of(const SuperelementGroup& group, const JoinedNodes& j
   std::vector<Index> part(joined.node_ids.size());
   std::iota(part.begin(), part.end(), Index{0});
   const auto root = [&](Index i) {
-    while (part[static_cast<std::size_t>(i)] != i)
-      i = part[static_cast<std::size_t>(i)] =
-          part[static_cast<std::size_t>(part[static_cast<std::size_t>(i)])];
+    while (part[i] != i) i = part[i] = part[part[i]];
     return i;
   };
   for (std::size_t d = 0; d < group.domains.size(); ++d) {
     const Superelement& s = group.domains[d];
-    const auto node = [&](Index dof) {
-      return joined.place[d][static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(dof)])];
-    };
+    const auto node = [&](Index dof) { return joined.place[d][s.dof_node[dof]]; };
     for (Index j = 0; j < s.c(); ++j)
       for (Index i = j + 1; i < s.c(); ++i)
-        if (s.K_cc(i, j) != 0) part[static_cast<std::size_t>(root(node(i)))] = root(node(j));
+        if (s.K_cc(i, j) != 0) part[root(node(i))] = root(node(j));
   }
-  for (Index i = 0; i < static_cast<Index>(part.size()); ++i)
-    part[static_cast<std::size_t>(i)] = root(i);
+  for (Index i = 0; i < static_cast<Index>(part.size()); ++i) part[i] = root(i);
   return part;
 }
 
@@ -139,7 +133,7 @@ RigidMotions rigid_motions_of(const SuperelementGroup& group, const JoinedNodes&
   const std::vector<Index> part = parts_of(group, joined);
   const auto of = [&](const std::vector<Index>& nodes) {
     std::vector<Index> numbers;
-    for (const Index node : nodes) numbers.push_back(part[static_cast<std::size_t>(node)]);
+    for (const Index node : nodes) numbers.push_back(part[node]);
     return numbers;
   };
   const Index n_modal = places.n_interior - 3 * static_cast<Index>(places.shared_nodes.size());
@@ -152,9 +146,8 @@ RigidMotions rigid_motions_of(const SuperelementGroup& group, const JoinedNodes&
 std::string name_of(const JoinedNodes& joined, const JoinedPlaces& places, Index row) {
   const Index n_modal = places.n_interior - 3 * static_cast<Index>(places.shared_nodes.size());
   if (row < n_modal) return "a mode of a domain";
-  const Index node = places.shared_nodes[static_cast<std::size_t>((row - n_modal) / 3)];
-  return "node id " + std::to_string(joined.node_ids[static_cast<std::size_t>(node)]) + " in " +
-         "xyz"[(row - n_modal) % 3];
+  const Index node = places.shared_nodes[(row - n_modal) / 3];
+  return "node id " + std::to_string(joined.node_ids[node]) + " in " + "xyz"[(row - n_modal) % 3];
 }
 
 SparseCholesky factorise(const Partition& p, const JoinedNodes& joined,
@@ -186,8 +179,8 @@ void describe_interface(const JoinedNodes& joined, const JoinedPlaces& places, S
   std::vector<Index> place(joined.node_ids.size(), -1);
   for (const Index node : places.interface_nodes) {
     const auto i = static_cast<Index>(s.node_ids.size());
-    place[static_cast<std::size_t>(node)] = i;
-    s.node_ids.push_back(joined.node_ids[static_cast<std::size_t>(node)]);
+    place[node] = i;
+    s.node_ids.push_back(joined.node_ids[node]);
     for (int component = 0; component < 3; ++component) {
       s.dof_node.push_back(i);
       s.dof_component.push_back(component);
@@ -196,11 +189,11 @@ void describe_interface(const JoinedNodes& joined, const JoinedPlaces& places, S
   s.coordinates = joined.coordinates(places.interface_nodes, Eigen::all);
   s.surfaces = joined.surfaces;
   for (Surface& surface : s.surfaces) {
-    for (Index& node : surface.faces.reshaped()) node = place[static_cast<std::size_t>(node)];
+    for (Index& node : surface.faces.reshaped()) node = place[node];
   }
   s.nodesets = joined.nodesets;
   for (auto& [name, nodes] : s.nodesets) {
-    for (Index& node : nodes) node = place[static_cast<std::size_t>(node)];
+    for (Index& node : nodes) node = place[node];
   }
 }
 
@@ -210,7 +203,7 @@ Matrix coordinates_of_domain(const std::vector<Index>& places, const Matrix& Psi
   const Index k = Phi.cols(), c = Psi.cols();
   Matrix T(static_cast<Index>(places.size()), k + c);
   for (Index i = 0; i < T.rows(); ++i) {
-    const Index place = places[static_cast<std::size_t>(i)];
+    const Index place = places[i];
     if (place >= 0) {
       T.row(i) << Phi.row(place), Psi.row(place);
     } else {
@@ -237,7 +230,7 @@ void add_blocks(const std::vector<Block>& parts, const std::vector<Index>& place
     block.connectivity.conservativeResize(first + part.connectivity.rows(), Eigen::NoChange);
     for (Index e = 0; e < part.connectivity.rows(); ++e) {
       for (Index a = 0; a < part.connectivity.cols(); ++a)
-        block.connectivity(first + e, a) = place[static_cast<std::size_t>(part.connectivity(e, a))];
+        block.connectivity(first + e, a) = place[part.connectivity(e, a)];
     }
     block.element_ids.insert(block.element_ids.end(), part.element_ids.begin(),
                              part.element_ids.end());
@@ -265,10 +258,9 @@ Superelement::Recovery joined_recovery(const SuperelementGroup& group, const Joi
   whole.Psi.resize(3 * n, Psi.cols());
   whole.Phi.resize(3 * n, Phi.cols());
   std::vector<Index> place(joined.node_ids.size());  // among [kept; shared; interiors]
-  for (Index i = 0; i < n_kept; ++i)
-    place[static_cast<std::size_t>(places.interface_nodes[static_cast<std::size_t>(i)])] = i;
+  for (Index i = 0; i < n_kept; ++i) place[places.interface_nodes[i]] = i;
   for (Index i = 0; i < n_shared; ++i) {
-    const auto node = static_cast<std::size_t>(places.shared_nodes[static_cast<std::size_t>(i)]);
+    const auto node = static_cast<std::size_t>(places.shared_nodes[i]);
     place[node] = n_kept + i;
     whole.node_ids.push_back(joined.node_ids[node]);
     whole.coordinates.row(i) = joined.coordinates.row(static_cast<Index>(node));
@@ -288,7 +280,7 @@ Superelement::Recovery joined_recovery(const SuperelementGroup& group, const Joi
     whole.coordinates.middleRows(first, n_I) = own.coordinates;
     whole.node_ids.insert(whole.node_ids.end(), own.node_ids.begin(), own.node_ids.end());
     std::vector<Index> local;
-    for (const Index node : joined.place[d]) local.push_back(place[static_cast<std::size_t>(node)]);
+    for (const Index node : joined.place[d]) local.push_back(place[node]);
     for (Index i = 0; i < n_I; ++i) local.push_back(n_kept + first + i);
     add_blocks(own.blocks, local, whole.blocks);
     first += n_I;

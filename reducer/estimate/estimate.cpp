@@ -57,8 +57,7 @@ Elements volume_elements(const Mesh& mesh, const FiniteElementModel& model,
     if (!is_volume(block)) continue;
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
       auto& nodes = elements.nodes.emplace_back();
-      for (const Index node : block.connectivity.row(e))
-        nodes.push_back(model.row[static_cast<std::size_t>(node)]);
+      for (const Index node : block.connectivity.row(e)) nodes.push_back(model.row[node]);
       if (!with_modes) continue;
       Points X(block.connectivity.cols(), 3);
       for (Index i = 0; i < X.rows(); ++i)
@@ -74,23 +73,22 @@ Elements volume_elements(const Mesh& mesh, const FiniteElementModel& model,
 // share an element of the list.
 SparseMatrix node_graph(const Elements& elements, const std::vector<Index>& list,
                         const std::vector<Index>& local, Index n) {
-  std::vector<std::vector<Index>> around(static_cast<std::size_t>(n));  // elements of each node
+  std::vector<std::vector<Index>> around(n);  // elements of each node
   for (const Index e : list) {
-    for (const Index node : elements.nodes[static_cast<std::size_t>(e)]) {
-      if (local[static_cast<std::size_t>(node)] >= 0)
-        around[static_cast<std::size_t>(local[static_cast<std::size_t>(node)])].push_back(e);
+    for (const Index node : elements.nodes[e]) {
+      if (local[node] >= 0) around[local[node]].push_back(e);
     }
   }
   SparseMatrix graph(n, n);
   std::vector<Index> rows;
-  std::vector<Index> seen(static_cast<std::size_t>(n), -1);
+  std::vector<Index> seen(n, -1);
   for (Index j = 0; j < n; ++j) {
     rows.clear();
-    for (const Index e : around[static_cast<std::size_t>(j)]) {
-      for (const Index node : elements.nodes[static_cast<std::size_t>(e)]) {
-        const Index i = local[static_cast<std::size_t>(node)];
-        if (i < j || seen[static_cast<std::size_t>(i)] == j) continue;
-        seen[static_cast<std::size_t>(i)] = j;
+    for (const Index e : around[j]) {
+      for (const Index node : elements.nodes[e]) {
+        const Index i = local[node];
+        if (i < j || seen[i] == j) continue;
+        seen[i] = j;
         rows.push_back(i);
       }
     }
@@ -152,7 +150,7 @@ std::vector<std::vector<Index>> domains_of_nodes(const Elements& elements,
   std::vector<std::vector<Index>> in(n_nodes);
   for (std::size_t e = 0; e < elements.nodes.size(); ++e) {
     for (const Index node : elements.nodes[e]) {
-      auto& list = in[static_cast<std::size_t>(node)];
+      auto& list = in[node];
       const auto at = std::lower_bound(list.begin(), list.end(), domain[e]);
       if (at == list.end() || *at != domain[e]) list.insert(at, domain[e]);
     }
@@ -172,7 +170,7 @@ Index modes_of_domain(const Elements& elements, const std::vector<Index>& list,
   if (options.modes) return std::min(*options.modes, n_interior);
   if (options.tolerance) return std::min(modes_of_tolerance_about(*options.tolerance), n_interior);
   double modes = 0;
-  for (const Index e : list) modes += elements.modes_per_hz3[static_cast<std::size_t>(e)];
+  for (const Index e : list) modes += elements.modes_per_hz3[e];
   modes *= std::pow(*options.cutoff_hz, 3);
   return static_cast<Index>(std::min(std::round(modes), static_cast<double>(n_interior)));
 }
@@ -183,8 +181,7 @@ DomainEstimate domain_estimate(const Elements& elements, const std::vector<Index
   d.n_elements = static_cast<Index>(list.size());
   std::vector<Index> all(kept.size(), -1), interior(kept.size(), -1);
   for (const Index e : list) {
-    for (const Index node : elements.nodes[static_cast<std::size_t>(e)])
-      all[static_cast<std::size_t>(node)] = 0;
+    for (const Index node : elements.nodes[e]) all[node] = 0;
   }
   Index n_interior = 0;
   for (std::size_t i = 0; i < kept.size(); ++i) {
@@ -239,13 +236,13 @@ Superelement bare_interface(const Mesh& mesh, const FiniteElementModel& model,
                             const std::vector<Index>& interface,
                             const std::vector<std::string>& sets) {
   Superelement s;
-  std::vector<Index> place(static_cast<std::size_t>(mesh.coordinates.rows()), -1);
+  std::vector<Index> place(mesh.coordinates.rows(), -1);
   s.coordinates.resize(static_cast<Index>(interface.size()), 3);
   for (std::size_t i = 0; i < interface.size(); ++i) {
-    const Index node = model.nodes[static_cast<std::size_t>(interface[i])];
-    place[static_cast<std::size_t>(node)] = static_cast<Index>(i);
+    const Index node = model.nodes[interface[i]];
+    place[node] = static_cast<Index>(i);
     s.coordinates.row(static_cast<Index>(i)) = mesh.coordinates.row(node);
-    s.node_ids.push_back(mesh.node_ids[static_cast<std::size_t>(node)]);
+    s.node_ids.push_back(mesh.node_ids[node]);
     for (int component = 0; component < 3; ++component) {
       s.dof_node.push_back(static_cast<Index>(i));
       s.dof_component.push_back(component);
@@ -370,7 +367,7 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
   result.is_cube_of_hexes = is_cube_of_hexes(mesh, result);
   result.n_interface_nodes = static_cast<Index>(interface.size());
   std::vector<bool> kept(model.nodes.size(), false);
-  for (const Index i : interface) kept[static_cast<std::size_t>(i)] = true;
+  for (const Index i : interface) kept[i] = true;
   std::map<std::vector<Index>, Index> joined, joined_interior;
   for (std::size_t i = 0; i < kept.size(); ++i) {
     if (in[i].size() > 1 && !kept[i]) ++joined_interior[in[i]];
@@ -384,8 +381,7 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
       domain.empty()
           ? 0
           : static_cast<std::size_t>(*std::max_element(domain.begin(), domain.end())) + 1);
-  for (std::size_t e = 0; e < domain.size(); ++e)
-    lists[static_cast<std::size_t>(domain[e])].push_back(static_cast<Index>(e));
+  for (std::size_t e = 0; e < domain.size(); ++e) lists[domain[e]].push_back(static_cast<Index>(e));
   for (const auto& list : lists)
     result.domains.push_back(domain_estimate(elements, list, kept, options));
   std::vector<Index> every(model.nodes.size()), all_elements(elements.nodes.size());

@@ -27,8 +27,7 @@ Matrix residual_vectors(const Superelement& s, double stiffness) {
   Matrix B = Matrix::Zero(s.c(), statics.size());
   for (Index i = 0; i < s.c(); ++i)
     for (Index j = 0; j < statics.size(); ++j)
-      if (statics.node[static_cast<std::size_t>(j)] == s.dof_node[static_cast<std::size_t>(i)])
-        B(i, j) = statics.direction(j, s.dof_component[static_cast<std::size_t>(i)]);
+      if (statics.node[j] == s.dof_node[i]) B(i, j) = statics.direction(j, s.dof_component[i]);
   const Index r = (F.values.array() > round_off * F.values.maxCoeff()).count();
   return B * F.vectors.rightCols(r) * (stiffness * F.values.tail(r)).cwiseSqrt().asDiagonal();
 }
@@ -54,10 +53,9 @@ ReducedMatrices reduced_matrices(const Superelement& s, Index first_modal_node) 
   ReducedMatrices reduced;
   const Index c = s.c();
   for (Index i = 0; i < c; ++i) {
-    const Index node = s.dof_node[static_cast<std::size_t>(i)];
-    reduced.interface.push_back({s.node_ids[static_cast<std::size_t>(node)],
-                                 s.dof_component[static_cast<std::size_t>(i)] + 1,
-                                 s.coordinates.row(node).transpose(), 0});
+    const Index node = s.dof_node[i];
+    reduced.interface.push_back(
+        {s.node_ids[node], s.dof_component[i] + 1, s.coordinates.row(node).transpose(), 0});
   }
   if (s.has_interface_matrices()) {
     const Index k = s.k();

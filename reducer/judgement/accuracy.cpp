@@ -248,7 +248,7 @@ FreeEigenvalues eigenvalues_of(const Estimates& estimates) {
   const auto n = static_cast<Index>(estimates.list.size());
   FreeEigenvalues of{Vector(n), Vector(n), estimates.worst_of_ten};
   for (Index j = 0; j < n; ++j) {
-    const auto& [lambda, error] = estimates.list[static_cast<std::size_t>(j)];
+    const auto& [lambda, error] = estimates.list[j];
     of.with_basis(j) = lambda;
     of.full(j) = lambda * (1 - error);
   }

@@ -191,8 +191,8 @@ class Picker {
                 [&](Index i, Index j) { return part(i, poorest) > part(j, poorest); });
       double excess = std::min(1 - aim * tolerance_ / most, 0.5) * whole;
       do {
-        const Index j = order[static_cast<std::size_t>(first++)];
-        take(others[static_cast<std::size_t>(j)], taken);
+        const Index j = order[first++];
+        take(others[j], taken);
         excess -= part(j, poorest);
       } while (excess > 0 && first < missing.lambda.size());
     }

@@ -236,11 +236,11 @@ Index n_mode_candidates(Pick pick, Index wanted, Index n_interior) {
 
 std::vector<Index> modes_by_participation(const Matrix& M_kc, Index count) {
   const Vector participation = M_kc.rowwise().squaredNorm();
-  std::vector<Index> order(static_cast<std::size_t>(M_kc.rows()));
+  std::vector<Index> order(M_kc.rows());
   std::iota(order.begin(), order.end(), Index{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](Index a, Index b) { return participation(a) > participation(b); });
-  order.resize(static_cast<std::size_t>(std::min<Index>(count, M_kc.rows())));
+  order.resize(std::min<Index>(count, M_kc.rows()));
   std::sort(order.begin(), order.end());
   return order;
 }

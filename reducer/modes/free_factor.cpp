@@ -31,7 +31,7 @@ class Springs {
   Springs(SparseMatrix& K, const Matrix& N, const std::vector<Index>& interface) : K_(K) {
     const PivotedQr qr(N(interface, Eigen::all).transpose());
     for (Index i = 0; i < N.cols(); ++i) {
-      const Index dof = interface[static_cast<std::size_t>(qr.column(i))];
+      const Index dof = interface[qr.column(i)];
       before_.emplace_back(dof, K.coeff(dof, dof));
       K_.coeffRef(dof, dof) *= 2;
     }

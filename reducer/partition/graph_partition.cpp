@@ -65,8 +65,7 @@ std::vector<Face> sorted_faces(const Mesh& mesh) {
         Face face{{-1, -1, -1, -1}, element};
         const int n = n_corners(side_kind(block.type, side));
         for (int a = 0; a < n; ++a) {
-          face.corners[static_cast<std::size_t>(4 - n + a)] =
-              block.connectivity(e, side_nodes(block.type, side)[static_cast<std::size_t>(a)]);
+          face.corners[4 - n + a] = block.connectivity(e, side_nodes(block.type, side)[a]);
         }
         std::sort(face.corners.begin(), face.corners.end());
         faces.push_back(face);
@@ -96,7 +95,7 @@ ElementNodes element_nodes(const Mesh& mesh) {
 
 Graph face_graph(const Mesh& mesh) {
   const ElementNodes elements = element_nodes(mesh);
-  std::vector<std::vector<Index>> neighbours(static_cast<std::size_t>(elements.size()));
+  std::vector<std::vector<Index>> neighbours(elements.size());
   const std::vector<Face> faces = sorted_faces(mesh);
   for (std::size_t i = 0; i < faces.size();) {
     std::size_t end = i + 1;
@@ -105,14 +104,14 @@ Graph face_graph(const Mesh& mesh) {
     for (std::size_t a = i; a < end; ++a) {
       for (std::size_t b = i; b < end; ++b) {
         if (faces[a].element != faces[b].element)
-          neighbours[static_cast<std::size_t>(faces[a].element)].push_back(faces[b].element);
+          neighbours[faces[a].element].push_back(faces[b].element);
       }
     }
     i = end;
   }
   Graph graph;
   for (Index e = 0; e < elements.size(); ++e) {
-    auto& of = neighbours[static_cast<std::size_t>(e)];
+    auto& of = neighbours[e];
     std::sort(of.begin(), of.end());
     of.erase(std::unique(of.begin(), of.end()), of.end());
     graph.neighbours.insert(graph.neighbours.end(), of.begin(), of.end());

@@ -13,15 +13,13 @@ namespace cbr {
 namespace {
 
 bool all_kept(const std::vector<Index>& nodes, const std::vector<Index>& place) {
-  return !nodes.empty() && std::all_of(nodes.begin(), nodes.end(), [&](Index node) {
-    return place[static_cast<std::size_t>(node)] >= 0;
-  });
+  return !nodes.empty() &&
+         std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return place[node] >= 0; });
 }
 
 bool on_volumes(const Mesh& mesh, const Sideset& sideset) {
-  return std::all_of(sideset.sides.begin(), sideset.sides.end(), [&](const Side& side) {
-    return is_structure(mesh.blocks[static_cast<std::size_t>(side.block)]);
-  });
+  return std::all_of(sideset.sides.begin(), sideset.sides.end(),
+                     [&](const Side& side) { return is_structure(mesh.blocks[side.block]); });
 }
 
 // A set is known by its own name and, in Exodus, by its bare number.
@@ -39,13 +37,13 @@ void add_interface_sets(const Mesh& mesh, const std::vector<Index>& place,
     if (sideset.sides.empty()) continue;
     Surface surface = extract_surface(mesh, sideset);
     if (!all_kept(surface_nodes(surface), place)) continue;
-    for (Index& node : surface.faces.reshaped()) node = place[static_cast<std::size_t>(node)];
+    for (Index& node : surface.faces.reshaped()) node = place[node];
     s.surfaces.push_back(std::move(surface));
   }
   for (const auto& nodeset : mesh.nodesets) {
     if (!all_kept(nodeset.nodes, place)) continue;
     auto& nodes = s.nodesets[nodeset.name];
-    for (const Index node : nodeset.nodes) nodes.push_back(place[static_cast<std::size_t>(node)]);
+    for (const Index node : nodeset.nodes) nodes.push_back(place[node]);
   }
 }
 
@@ -61,7 +59,7 @@ std::vector<char> marked_nodes(const Mesh& mesh, const std::vector<std::string>&
   std::vector<char> marked(mesh.node_ids.size(), 0);
   for (const std::string& name : names) {
     if (find_block(mesh, name) >= 0) continue;
-    for (const Index node : set_nodes(mesh, name)) marked[static_cast<std::size_t>(node)] = 1;
+    for (const Index node : set_nodes(mesh, name)) marked[node] = 1;
   }
   return marked;
 }
@@ -90,36 +88,35 @@ void keep_elements_at(const Mesh& mesh, const std::vector<std::string>& names,
   const std::vector<char> marked = marked_nodes(mesh, names);
   const auto n = static_cast<Index>(recovery.node_ids.size());
   const Index n_interface = *std::max_element(place.begin(), place.end()) + 1 - n;
-  std::vector<char> is_at(static_cast<std::size_t>(n_interface + n), 0), is_needed = is_at;
+  std::vector<char> is_at(n_interface + n, 0), is_needed = is_at;
   for (std::size_t node = 0; node < place.size(); ++node)
-    if (place[node] >= 0) is_at[static_cast<std::size_t>(place[node])] = marked[node];
+    if (place[node] >= 0) is_at[place[node]] = marked[node];
   for (Block& block : recovery.blocks) {
     const bool whole = is_named(names, block);
     std::vector<Index> rows, ids;
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
       const auto nodes = block.connectivity.row(e);
-      if (!whole && std::none_of(nodes.begin(), nodes.end(),
-                                 [&](Index i) { return is_at[static_cast<std::size_t>(i)] != 0; }))
+      if (!whole &&
+          std::none_of(nodes.begin(), nodes.end(), [&](Index i) { return is_at[i] != 0; }))
         continue;
       rows.push_back(e);
-      ids.push_back(block.element_ids[static_cast<std::size_t>(e)]);
-      for (const Index i : nodes) is_needed[static_cast<std::size_t>(i)] = 1;
+      ids.push_back(block.element_ids[e]);
+      for (const Index i : nodes) is_needed[i] = 1;
     }
     block.connectivity = IndexTable(block.connectivity(rows, Eigen::all));
     block.element_ids = ids;
   }
   std::vector<Index> new_place(is_needed.size()), nodes, dofs, ids;
-  for (Index i = 0; i < n_interface; ++i) new_place[static_cast<std::size_t>(i)] = i;
+  for (Index i = 0; i < n_interface; ++i) new_place[i] = i;
   for (Index i = 0; i < n; ++i) {
-    if (is_needed[static_cast<std::size_t>(n_interface + i)] == 0) continue;
-    new_place[static_cast<std::size_t>(n_interface + i)] =
-        n_interface + static_cast<Index>(nodes.size());
+    if (is_needed[n_interface + i] == 0) continue;
+    new_place[n_interface + i] = n_interface + static_cast<Index>(nodes.size());
     nodes.push_back(i);
     dofs.insert(dofs.end(), {3 * i, 3 * i + 1, 3 * i + 2});
-    ids.push_back(recovery.node_ids[static_cast<std::size_t>(i)]);
+    ids.push_back(recovery.node_ids[i]);
   }
   for (Block& block : recovery.blocks)
-    for (Index& i : block.connectivity.reshaped()) i = new_place[static_cast<std::size_t>(i)];
+    for (Index& i : block.connectivity.reshaped()) i = new_place[i];
   recovery.node_ids = ids;
   recovery.coordinates = Points(recovery.coordinates(nodes, Eigen::all));
   recovery.Psi = Matrix(recovery.Psi(dofs, Eigen::all));
@@ -137,8 +134,7 @@ void add_recovered_sets(const Mesh& mesh, bool is_domain, Superelement& s) {
     std::vector<Index> nodes;
     const std::vector<Index> all = set_nodes(mesh, name);
     for (const Index node : all)
-      if (const auto found = place.find(mesh.node_ids[static_cast<std::size_t>(node)]);
-          found != place.end())
+      if (const auto found = place.find(mesh.node_ids[node]); found != place.end())
         nodes.push_back(found->second);
     if (!nodes.empty() && (is_domain || nodes.size() == all.size()))
       s.recovered_sets[name] = std::move(nodes);
@@ -205,15 +201,14 @@ void check_kept_sets(const Scene& scene, const Component& component, const Mesh&
   const FiniteElementModel model = number_nodes(mesh);
   std::vector<char> is_kept(mesh.node_ids.size(), 0);
   for (const Index i : nodes_of_sets(mesh, model, *component.reduction))
-    is_kept[static_cast<std::size_t>(model.nodes[static_cast<std::size_t>(i)])] = 1;
+    is_kept[model.nodes[i]] = 1;
   for (const SetUse& use : uses) {
     if (!use.needs_faces && is_interface_point(component, use.set)) continue;
     const std::vector<Index> nodes = nodes_of(use, mesh);
     if (!nodes.empty() && is_recovered(use, *component.reduction)) continue;
     if (use.is_of_stress) refuse_without_recovery(use, component);
-    const auto n_kept = std::count_if(nodes.begin(), nodes.end(), [&](Index node) {
-      return is_kept[static_cast<std::size_t>(node)] != 0;
-    });
+    const auto n_kept =
+        std::count_if(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[node] != 0; });
     if (!nodes.empty() && n_kept == static_cast<std::ptrdiff_t>(nodes.size())) continue;
     throw InputError(
         place_of(use) + "the superelement of component '" + component.name + "' keeps " +

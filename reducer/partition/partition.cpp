@@ -28,14 +28,14 @@ void take_block(const SparseMatrix& A, const std::vector<Index>& local, Index ro
   for (std::size_t j = 0; j < columns.size(); ++j) {
     outer[j + 1] = outer[j];
     for (SparseMatrix::InnerIterator it(A, columns[j]); it; ++it)
-      outer[j + 1] += local[static_cast<std::size_t>(it.row())] >= 0;
+      outer[j + 1] += local[it.row()] >= 0;
   }
   B.resizeNonZeros(outer[columns.size()]);
   Index* inner = B.innerIndexPtr();
   double* value = B.valuePtr();
   for (const Index j : columns) {
     for (SparseMatrix::InnerIterator it(A, j); it; ++it) {
-      const Index row = local[static_cast<std::size_t>(it.row())];
+      const Index row = local[it.row()];
       if (row < 0) continue;
       *inner++ = row;
       *value++ = it.value();
@@ -44,9 +44,8 @@ void take_block(const SparseMatrix& A, const std::vector<Index>& local, Index ro
 }
 
 std::vector<Index> numbering(const std::vector<Index>& dofs, Index n) {
-  std::vector<Index> local(static_cast<std::size_t>(n), -1);
-  for (std::size_t i = 0; i < dofs.size(); ++i)
-    local[static_cast<std::size_t>(dofs[i])] = static_cast<Index>(i);
+  std::vector<Index> local(n, -1);
+  for (std::size_t i = 0; i < dofs.size(); ++i) local[dofs[i]] = static_cast<Index>(i);
   return local;
 }
 
@@ -59,7 +58,7 @@ void take_rows(const FiniteElementModel& model, const std::vector<Index>& nodes,
   for (std::size_t i = 0; i < rows.size(); ++i)
     if (!model.is_fixed(rows[i])) numbers.push_back(static_cast<Index>(i));
   std::erase_if(rows, [&](Index dof) { return model.is_fixed(dof); });
-  for (Index& row : rows) row = model.row_of_dof[static_cast<std::size_t>(row)];
+  for (Index& row : rows) row = model.row_of_dof[row];
 }
 
 bool is_diagonal(const SparseMatrix& M) {
@@ -77,9 +76,7 @@ struct Part {
 
 // Rank of the six rigid motions of the part on its interface nodes and on dofs that are fixed.
 Index rank_on_interface(const Mesh& mesh, const FiniteElementModel& model, const Part& part) {
-  const auto position = [&](Index i) {
-    return Vector3(mesh.coordinates.row(model.nodes[static_cast<std::size_t>(i)]));
-  };
+  const auto position = [&](Index i) { return Vector3(mesh.coordinates.row(model.nodes[i])); };
   const Vector3 center = position(part.interface.front());
   double size = 0;
   for (const auto* nodes : {&part.interior, &part.interface}) {
@@ -95,8 +92,7 @@ Index rank_on_interface(const Mesh& mesh, const FiniteElementModel& model, const
     if (rows.back() >= first) nodes.push_back(i);
   }
   Points x(static_cast<Index>(nodes.size()), 3);
-  for (Index i = 0; i < x.rows(); ++i)
-    x.row(i) = (position(nodes[static_cast<std::size_t>(i)]) - center) / size;
+  for (Index i = 0; i < x.rows(); ++i) x.row(i) = (position(nodes[i]) - center) / size;
   const auto n_rotations = std::count_if(nodes.begin(), nodes.end(),
                                          [&](Index i) { return i >= model.n_translations(); });
   const Matrix R = rigid_modes(x, Vector3::Zero(), n_rotations)(rows, Eigen::all);
@@ -108,16 +104,12 @@ Index rank_on_interface(const Mesh& mesh, const FiniteElementModel& model, const
 std::string coincidence(const Mesh& mesh, const FiniteElementModel& model,
                         const std::vector<Index>& parts, Index part) {
   for (const NearNodes& pair : near_nodes(mesh, model, parts)) {
-    const auto number = [&](Index node) { return parts[static_cast<std::size_t>(node)]; };
+    const auto number = [&](Index node) { return parts[node]; };
     if (number(pair.first) != part && number(pair.second) != part) continue;
     const bool own = number(pair.first) == part;
-    return "; " +
-           name_of_node(mesh,
-                        model.nodes[static_cast<std::size_t>(own ? pair.first : pair.second)]) +
-           " and " +
-           name_of_node(mesh,
-                        model.nodes[static_cast<std::size_t>(own ? pair.second : pair.first)]) +
-           " are " + how_near(pair.apart) + ": were nodes to be merged?";
+    return "; " + name_of_node(mesh, model.nodes[own ? pair.first : pair.second]) + " and " +
+           name_of_node(mesh, model.nodes[own ? pair.second : pair.first]) + " are " +
+           how_near(pair.apart) + ": were nodes to be merged?";
   }
   return "";
 }
@@ -125,7 +117,7 @@ std::string coincidence(const Mesh& mesh, const FiniteElementModel& model,
 }  // namespace
 
 std::string name_of_node(const Mesh& mesh, Index node) {
-  const std::string id = "node id " + std::to_string(mesh.node_ids[static_cast<std::size_t>(node)]);
+  const std::string id = "node id " + std::to_string(mesh.node_ids[node]);
   for (const auto& block : mesh.blocks) {
     if (is_structure(block) && (block.connectivity.array() == node).any())
       return id + " of block '" + block.name + "'";
@@ -167,14 +159,13 @@ std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& m
       throw InputError("interface '" + name + "' has no nodes: choose another set of " +
                        set_names(mesh));
     for (const Index node : nodes) {
-      const Index i = model.row[static_cast<std::size_t>(node)];
+      const Index i = model.row[node];
       if (i < 0) {
         throw InputError(
-            "interface '" + name + "': node id " +
-            std::to_string(mesh.node_ids[static_cast<std::size_t>(node)]) +
+            "interface '" + name + "': node id " + std::to_string(mesh.node_ids[node]) +
             " belongs to no volume element and no shell with a thickness: take it out of the set");
       }
-      kept[static_cast<std::size_t>(i)] = true;
+      kept[i] = true;
     }
   }
   std::vector<Index> nodes;
@@ -230,19 +221,16 @@ void check_interface_holds(const Mesh& mesh, const FiniteElementModel& model,
                            const Partition& partition, const std::vector<Index>& parts) {
   if (partition.n_points > 0) return;  // of a component of one part, which a point holds
   const Index n_parts = parts.empty() ? 0 : *std::max_element(parts.begin(), parts.end()) + 1;
-  std::vector<Part> found(static_cast<std::size_t>(n_parts));
-  for (const Index i : partition.interior_nodes)
-    found[static_cast<std::size_t>(parts[static_cast<std::size_t>(i)])].interior.push_back(i);
-  for (const Index i : partition.interface_nodes)
-    found[static_cast<std::size_t>(parts[static_cast<std::size_t>(i)])].interface.push_back(i);
+  std::vector<Part> found(n_parts);
+  for (const Index i : partition.interior_nodes) found[parts[i]].interior.push_back(i);
+  for (const Index i : partition.interface_nodes) found[parts[i]].interface.push_back(i);
   for (std::size_t number = 0; number < found.size(); ++number) {
     const Part& part = found[number];
     if (part.interior.empty()) continue;
     // Looked for only when there is something to say of it: the name takes a walk through the mesh
     const auto name = [&] {
       return "the part of " + std::to_string(part.interior.size() + part.interface.size()) +
-             " nodes with " +
-             name_of_node(mesh, model.nodes[static_cast<std::size_t>(part.interior.front())]) +
+             " nodes with " + name_of_node(mesh, model.nodes[part.interior.front()]) +
              (n_parts > 1 ? " (one of " + std::to_string(n_parts) + " parts of the mesh)" : "");
     };
     if (part.interface.empty()) {

@@ -42,11 +42,9 @@ struct Partition {
   bool is_interior_rotation(Index i) const {
     return i >= static_cast<Index>(interior_nodes.size()) - interior_rotations;
   }
-  Index interior_dof(Index row) const {
-    return interior_dofs.empty() ? row : interior_dofs[static_cast<std::size_t>(row)];
-  }
+  Index interior_dof(Index row) const { return interior_dofs.empty() ? row : interior_dofs[row]; }
   Index interface_dof(Index row) const {
-    return interface_dofs.empty() ? row : interface_dofs[static_cast<std::size_t>(row)];
+    return interface_dofs.empty() ? row : interface_dofs[row];
   }
   bool has_fixed() const { return !interior_dofs.empty() || !interface_dofs.empty(); }
   bool has_rotations() const { return n_points + interior_rotations + interface_rotations > 0; }

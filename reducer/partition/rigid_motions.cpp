@@ -181,9 +181,9 @@ namespace {
 
 // Those of one part that its fixed dofs leave: exact on the others.
 void leave_fixed(const Partition& p, const Matrix& R_I, const Matrix& R_C, RigidMotions& rigid) {
-  std::vector<char> is_fixed(static_cast<std::size_t>(R_I.rows() + R_C.rows()), 1);
-  for (const Index dof : p.interior_dofs) is_fixed[static_cast<std::size_t>(dof)] = 0;
-  for (const Index dof : p.interface_dofs) is_fixed[static_cast<std::size_t>(R_I.rows() + dof)] = 0;
+  std::vector<char> is_fixed(R_I.rows() + R_C.rows(), 1);
+  for (const Index dof : p.interior_dofs) is_fixed[dof] = 0;
+  for (const Index dof : p.interface_dofs) is_fixed[R_I.rows() + dof] = 0;
   Matrix R(R_I.rows() + R_C.rows(), 6);
   R << R_I, R_C;
   std::vector<Index> fixed;

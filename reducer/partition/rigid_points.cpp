@@ -20,7 +20,7 @@ Vector3 middle_of(const Mesh& mesh, const std::string& set, const std::vector<In
   const Points x = mesh.coordinates(nodes, Eigen::all);
   const Index sideset = find_sideset(mesh, set);
   if (sideset < 0) return x.colwise().mean();
-  const Surface surface = extract_surface(mesh, mesh.sidesets[static_cast<std::size_t>(sideset)]);
+  const Surface surface = extract_surface(mesh, mesh.sidesets[sideset]);
   const Vector weights = Vector(face_weights(surface, mesh.coordinates)(nodes));
   return x.transpose() * weights / weights.sum();
 }
@@ -39,19 +39,17 @@ class Checker {
   Checker(const Mesh& mesh, const Component& component)
       : mesh_(mesh), model_(number_nodes(mesh)), owner_(mesh.node_ids.size()) {
     for (const std::string& set : component.reduction->interface_sets)
-      for (const Index node : set_nodes(mesh, set))
-        owner_[static_cast<std::size_t>(node)] = "reduction.interface";
+      for (const Index node : set_nodes(mesh, set)) owner_[node] = "reduction.interface";
   }
 
   void check(const std::string& where, const RigidPoint& point) {
     if (find_sideset(mesh_, point.name) >= 0 || find_nodeset(mesh_, point.name) >= 0)
       throw InputError(where + "a set of the mesh has this name: give the point another one");
     for (const Index node : point.nodes) {
-      const std::string id =
-          "node id " + std::to_string(mesh_.node_ids[static_cast<std::size_t>(node)]);
-      if (model_.row[static_cast<std::size_t>(node)] < 0)
+      const std::string id = "node id " + std::to_string(mesh_.node_ids[node]);
+      if (model_.row[node] < 0)
         throw InputError(where + id + " belongs to no volume element: take it out of the set");
-      std::string& owner = owner_[static_cast<std::size_t>(node)];
+      std::string& owner = owner_[node];
       if (!owner.empty())
         throw InputError(where + id + " is of " + owner +
                          " too, and one of the two would have to give way: take sets without "
@@ -117,9 +115,7 @@ void couple_rigidly(const Mesh& mesh, const std::vector<RigidPoint>& points,
                     FiniteElementModel& model, Points& x) {
   std::vector<Index> point_of(model.nodes.size(), -1);
   for (std::size_t j = 0; j < points.size(); ++j)
-    for (const Index node : points[j].nodes)
-      point_of[static_cast<std::size_t>(model.row[static_cast<std::size_t>(node)])] =
-          static_cast<Index>(j);
+    for (const Index node : points[j].nodes) point_of[model.row[node]] = static_cast<Index>(j);
   std::vector<Index> nodes, kept;
   for (std::size_t i = 0; i < point_of.size(); ++i)
     if (point_of[i] < 0) {
@@ -133,8 +129,7 @@ void couple_rigidly(const Mesh& mesh, const std::vector<RigidPoint>& points,
       entries.emplace_back(3 * kept[i] + d, 3 * static_cast<Index>(i) + d, 1.0);
   for (std::size_t i = 0; i < point_of.size(); ++i) {
     if (point_of[i] < 0) continue;
-    const Vector3 r = Vector3(mesh.coordinates.row(model.nodes[i])) -
-                      points[static_cast<std::size_t>(point_of[i])].at;
+    const Vector3 r = Vector3(mesh.coordinates.row(model.nodes[i])) - points[point_of[i]].at;
     const auto A = motion_at(r);
     const Index column = 3 * (first_point + 2 * point_of[i]);
     for (Index d = 0; d < 3; ++d)
@@ -146,13 +141,12 @@ void couple_rigidly(const Mesh& mesh, const std::vector<RigidPoint>& points,
   G.setFromTriplets(entries.begin(), entries.end());
   congruent(G, model.K);
   congruent(G, model.M);
-  for (std::size_t i = 0; i < kept.size(); ++i)
-    model.row[static_cast<std::size_t>(nodes[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < kept.size(); ++i) model.row[nodes[i]] = static_cast<Index>(i);
   Points x_all(n, 3);
   x_all.topRows(first_point) = mesh.coordinates(nodes, Eigen::all);
   for (std::size_t j = 0; j < points.size(); ++j) {
     const Index row = first_point + 2 * static_cast<Index>(j);
-    for (const Index node : points[j].nodes) model.row[static_cast<std::size_t>(node)] = row;
+    for (const Index node : points[j].nodes) model.row[node] = row;
     // Messages about the point name this node
     nodes.insert(nodes.end(), 2, points[j].nodes.front());
     x_all.row(row) = x_all.row(row + 1) = points[j].at.transpose();

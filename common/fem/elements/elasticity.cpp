@@ -29,14 +29,14 @@ using Tensor = std::array<double, 81>;  // entry 27 i + 9 j + 3 k + l
 Tensor in_own_axes(const Orthotropy& of) {
   Tensor C{};
   const auto at = [&](int i, int j, int k, int l) -> double& {
-    return C[static_cast<std::size_t>(27 * i + 9 * j + 3 * k + l)];
+    return C[27 * i + 9 * j + 3 * k + l];
   };
   const Matrix3 normal = normal_stiffness(of);
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) at(i, i, j, j) = 0.5 * (normal(i, j) + normal(j, i));
   constexpr std::array<std::array<int, 2>, 3> planes = {{{0, 1}, {1, 2}, {0, 2}}};
   for (int p = 0; p < 3; ++p) {
-    const auto [i, j] = planes[static_cast<std::size_t>(p)];
+    const auto [i, j] = planes[p];
     at(i, j, i, j) = at(i, j, j, i) = at(j, i, i, j) = at(j, i, j, i) = of.shear_moduli[p];
   }
   return C;
@@ -50,9 +50,7 @@ Tensor in_component_axes(const Orthotropy& of) {
     Tensor next{};
     for (int rest = 0; rest < 27; ++rest)
       for (int i = 0; i < 3; ++i)
-        for (int p = 0; p < 3; ++p)
-          next[static_cast<std::size_t>(3 * rest + i)] +=
-              of.axes(p, i) * C[static_cast<std::size_t>(27 * p + rest)];
+        for (int p = 0; p < 3; ++p) next[3 * rest + i] += of.axes(p, i) * C[27 * p + rest];
     C = next;
   }
   return C;
@@ -71,9 +69,7 @@ Elasticity::Elasticity(const Material& m) : is_isotropic_(!m.orthotropy) {
   for (int a = 0; a < 3; ++a)
     for (int b = 0; b < 3; ++b)
       for (int c = 0; c < 3; ++c)
-        for (int d = 0; d < 3; ++d)
-          C_[static_cast<std::size_t>(3 * a + b)](c, d) =
-              C[static_cast<std::size_t>(27 * a + 9 * c + 3 * b + d)];
+        for (int d = 0; d < 3; ++d) C_[3 * a + b](c, d) = C[27 * a + 9 * c + 3 * b + d];
 }
 
 Matrix3 Elasticity::stress(const Matrix3& strain) const {
@@ -82,8 +78,7 @@ Matrix3 Elasticity::stress(const Matrix3& strain) const {
   for (int a = 0; a < 3; ++a)
     for (int b = 0; b < 3; ++b)
       for (int c = 0; c < 3; ++c)
-        for (int d = 0; d < 3; ++d)
-          stress(a, c) += C_[static_cast<std::size_t>(3 * a + b)](c, d) * strain(b, d);
+        for (int d = 0; d < 3; ++d) stress(a, c) += C_[3 * a + b](c, d) * strain(b, d);
   return 0.5 * (stress + stress.transpose());
 }
 

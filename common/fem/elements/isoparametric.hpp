@@ -60,8 +60,7 @@ class Elasticity {
       return k;
     }
     for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b)
-        k(a, b) = C_[static_cast<std::size_t>(3 * a + b)].cwiseProduct(s).sum();
+      for (int b = 0; b < 3; ++b) k(a, b) = C_[3 * a + b].cwiseProduct(s).sum();
     return k;
   }
   Matrix3 stress(const Matrix3& strain) const;
@@ -98,9 +97,9 @@ template <int n>
 Gradients<n> gradients(const Nodes<n>& X, const ShapeTable& table) {
   Gradients<n> A(3 * n, table.size());
   for (Index q = 0; q < table.size(); ++q) {
-    const Points& dN = table.dN[static_cast<std::size_t>(q)];
+    const Points& dN = table.dN[q];
     const Matrix3 J = jacobian<n>(X, dN);
-    const double volume = table.weight[static_cast<std::size_t>(q)] * J.determinant();
+    const double volume = table.weight[q] * J.determinant();
     assert(volume > 0);
     Eigen::Map<Nodes<n>>(A.col(q).data()) = std::sqrt(volume) * gradient<n>(dN, J);
   }

@@ -105,8 +105,7 @@ template <class Gradients>
 Matrix nodal_stress(const Sampling& sampling, const Material& material, const Gradients& H) {
   const Elasticity elasticity(material);
   Matrix at_points(6, sampling.at_nodes.rows());
-  for (Index q = 0; q < at_points.cols(); ++q)
-    at_points.col(q) = stress_of(elasticity, H[static_cast<std::size_t>(q)]);
+  for (Index q = 0; q < at_points.cols(); ++q) at_points.col(q) = stress_of(elasticity, H[q]);
   return (at_points * sampling.at_nodes).transpose();
 }
 

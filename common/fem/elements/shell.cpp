@@ -16,8 +16,7 @@ void add(const Matrix& part, const std::array<Index, 3>& dofs, Matrix& k) {
   const Index n = part.rows() / 3;
   for (Index j = 0; j < 3 * n; ++j)
     for (Index i = 0; i < 3 * n; ++i)
-      k(6 * (i / 3) + dofs[static_cast<std::size_t>(i % 3)],
-        6 * (j / 3) + dofs[static_cast<std::size_t>(j % 3)]) += part(i, j);
+      k(6 * (i / 3) + dofs[i % 3], 6 * (j / 3) + dofs[j % 3]) += part(i, j);
 }
 
 // 6 n x 6 n: the local dofs of the flat element from those of the nodes in the points' axes. A node

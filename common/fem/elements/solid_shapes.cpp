@@ -39,7 +39,7 @@ template <int n, class Lagrange>
 ShapeFunctions tensor_product(const Vector3& xi, Lagrange factor) {
   ShapeFunctions shape{Vector(n), Points(n, 3)};
   for (int i = 0; i < n; ++i) {
-    const auto& node = hex_nodes[static_cast<std::size_t>(i)];
+    const auto& node = hex_nodes[i];
     const Factor x = factor(node[0], xi(0)), y = factor(node[1], xi(1)), z = factor(node[2], xi(2));
     shape.N(i) = x.value * y.value * z.value;
     shape.dN.row(i) << x.slope * y.value * z.value, x.value * y.slope * z.value,
@@ -62,9 +62,9 @@ ShapeFunctions hex20_shape(const Vector3& xi) {
   const ShapeFunctions all = tensor_product<20>(xi, edge);
   ShapeFunctions shape = all;
   for (int i = 0; i < 8; ++i) {
-    const auto& corner = hex_nodes[static_cast<std::size_t>(i)];
+    const auto& corner = hex_nodes[i];
     for (int e = 8; e < 20; ++e) {
-      const auto& node = hex_nodes[static_cast<std::size_t>(e)];
+      const auto& node = hex_nodes[e];
       bool touches = true;
       for (std::size_t c = 0; c < 3; ++c)
         touches = touches && (node[c] == 0 || node[c] == corner[c]);
@@ -95,7 +95,7 @@ ShapeFunctions tet10_shape(const Vector3& xi) {
     shape.dN.row(i) = (4 * L(i) - 1) * dL.row(i);
   }
   for (int e = 0; e < 6; ++e) {
-    const auto [i, j] = edges[static_cast<std::size_t>(e)];
+    const auto [i, j] = edges[e];
     shape.N(4 + e) = 4 * L(i) * L(j);
     shape.dN.row(4 + e) = 4 * (L(j) * dL.row(i) + L(i) * dL.row(j));
   }
@@ -139,7 +139,7 @@ ShapeFunctions pyramid5_shape(const Vector3& xi) {
   const double a = xi(0), b = xi(1), zeta = xi(2);
   ShapeFunctions shape{Vector(5), Points(5, 3)};
   for (int i = 0; i < 4; ++i) {
-    const auto [a_i, b_i] = base[static_cast<std::size_t>(i)];
+    const auto [a_i, b_i] = base[i];
     const double n_a = 0.5 * (1 + a_i * a), n_b = 0.5 * (1 + b_i * b);
     shape.N(i) = (1 - zeta) * n_a * n_b;
     shape.dN.row(i) << 0.5 * a_i * n_b, 0.5 * b_i * n_a, -n_a * n_b;

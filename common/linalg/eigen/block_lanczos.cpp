@@ -100,7 +100,7 @@ class BlockLanczos {
 
   // Of pairs that are nearest on both sides, ascending in lambda.
   void put_in_order() {
-    std::vector<Index> order(static_cast<std::size_t>(goal_));
+    std::vector<Index> order(goal_);
     std::iota(order.begin(), order.end(), Index{0});
     std::sort(order.begin(), order.end(),
               [&](Index i, Index j) { return 1 / theta_(i) < 1 / theta_(j); });
@@ -270,7 +270,7 @@ class BlockLanczos {
     const auto H = H_.topLeftCorner(size_, size_);
     const Eigenpairs pairs = dense_eigenpairs(0.5 * (H + H.transpose()), size_);
     assert(pairs.converged);
-    std::vector<Index> order(static_cast<std::size_t>(size_));
+    std::vector<Index> order(size_);
     std::iota(order.begin(), order.end(), Index{0});
     std::sort(order.begin(), order.end(), [&](Index i, Index j) {
       return std::abs(pairs.lambda(i)) > std::abs(pairs.lambda(j));
@@ -280,8 +280,8 @@ class BlockLanczos {
       return pair < k_ || below < options_.inside->below || above < options_.inside->above;
     };
     for (goal_ = 0; goal_ < size_ && is_short(goal_); ++goal_)
-      ++(pairs.lambda(order[static_cast<std::size_t>(goal_)]) < 0 ? below : above);
-    order.resize(static_cast<std::size_t>(size_ < m_ ? goal_ : std::max(goal_, kept())));
+      ++(pairs.lambda(order[goal_]) < 0 ? below : above);
+    order.resize(size_ < m_ ? goal_ : std::max(goal_, kept()));
     theta_ = pairs.lambda(order);
     S_ = pairs.Phi(Eigen::all, order);
   }

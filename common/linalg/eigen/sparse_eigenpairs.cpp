@@ -121,7 +121,7 @@ class Arpack {
     ritz.n_converged = iparam_[4];
     ritz.restarts = iparam_[2];
     if (ritz.n_converged == 0) return ritz;
-    std::vector<a_int> select(static_cast<std::size_t>(ncv_), 1);
+    std::vector<a_int> select(ncv_, 1);
     ritz.value.resize(k_);
     a_int info = 0;
     // The vectors take the place of the first columns of V.
@@ -147,7 +147,7 @@ class Arpack {
 };
 
 Eigenpairs ascending(Ritz&& ritz) {
-  std::vector<Index> order(static_cast<std::size_t>(ritz.value.size()));
+  std::vector<Index> order(ritz.value.size());
   std::iota(order.begin(), order.end(), Index{0});
   std::sort(order.begin(), order.end(),
             [&](Index a, Index b) { return ritz.value(a) < ritz.value(b); });

@@ -126,15 +126,14 @@ Eigen::Ref<Matrix> TallBasis::block(Index first) {
 
 Matrix TallBasis::transposed_product(Index columns, const Eigen::Ref<const Matrix>& P) const {
   const Index parts = n_parts(n_);
-  std::vector<Matrix> sums(static_cast<std::size_t>(parts));
+  std::vector<Matrix> sums(parts);
   share(parts, product_of(n_, columns, P.cols()), [&](Index i) {
     const Rows rows = part_of(n_, parts, i);
-    Matrix& sum = sums[static_cast<std::size_t>(i)];
+    Matrix& sum = sums[i];
     sum = empty_groups(columns, P.cols());
     for (Index first = 0; first < columns; first += panel_) {
       const Index count = std::min(panel_, columns - first);
-      const auto V =
-          panels_[static_cast<std::size_t>(first / panel_)].block(rows.first, 0, rows.count, count);
+      const auto V = panels_[first / panel_].block(rows.first, 0, rows.count, count);
       subtract_transposed(V, P.middleRows(rows.first, rows.count), sum, first);
     }
   });
@@ -147,8 +146,7 @@ void TallBasis::subtract(const Matrix& h, Eigen::Ref<Matrix> U) const {
     const Index row = i * slab_rows, count = std::min(slab_rows, n_ - row);
     for (Index first = 0; first < h.rows(); first += panel_) {
       const Index columns = std::min(panel_, h.rows() - first);
-      const auto V =
-          panels_[static_cast<std::size_t>(first / panel_)].block(row, 0, count, columns);
+      const auto V = panels_[first / panel_].block(row, 0, count, columns);
       subtract_slab(V, h_t, h.rows(), first, U.middleRows(row, count));
     }
   });
@@ -159,8 +157,7 @@ Matrix TallBasis::gathered(Index first_row, Index n_rows, Index columns) const {
   Matrix V(n_rows, columns);
   for (Index first = 0; first < columns; first += panel_) {
     const Index count = std::min(panel_, columns - first);
-    V.middleCols(first, count) =
-        panels_[static_cast<std::size_t>(first / panel_)].block(first_row, 0, n_rows, count);
+    V.middleCols(first, count) = panels_[first / panel_].block(first_row, 0, n_rows, count);
   }
   return V;
 }
@@ -181,18 +178,17 @@ void TallBasis::rotate(const Eigen::Ref<const Matrix>& S) {
     const Matrix X = gathered(row, count, S.rows()) * S;
     for (Index first = 0; first < S.cols(); first += panel_) {
       const Index columns = std::min(panel_, S.cols() - first);
-      panels_[static_cast<std::size_t>(first / panel_)].block(row, 0, count, columns) =
-          X.middleCols(first, columns);
+      panels_[first / panel_].block(row, 0, count, columns) = X.middleCols(first, columns);
     }
   });
 }
 
 Matrix tall_product(const Eigen::Ref<const Matrix>& U, const Eigen::Ref<const Matrix>& P) {
   const Index n = U.rows(), parts = n_parts(n);
-  std::vector<Matrix> sums(static_cast<std::size_t>(parts));
+  std::vector<Matrix> sums(parts);
   share(parts, product_of(n, U.cols(), P.cols()), [&](Index i) {
     const Rows rows = part_of(n, parts, i);
-    Matrix& sum = sums[static_cast<std::size_t>(i)];
+    Matrix& sum = sums[i];
     sum = empty_groups(U.cols(), P.cols());
     subtract_transposed(U.middleRows(rows.first, rows.count), P.middleRows(rows.first, rows.count),
                         sum, 0);

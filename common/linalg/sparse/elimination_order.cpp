@@ -14,8 +14,8 @@ constexpr double full_enough = 0.8;
 // Numbers of the nodes that are not in `last`, in their order; -1: of `last`.
 std::vector<Index> numbers(Index n_nodes, Index dofs, const std::vector<Index>& last,
                            Index& count) {
-  std::vector<Index> number(static_cast<std::size_t>(n_nodes), 0);
-  for (const Index row : last) number[static_cast<std::size_t>(row / dofs)] = -1;
+  std::vector<Index> number(n_nodes, 0);
+  for (const Index row : last) number[row / dofs] = -1;
   count = 0;
   for (Index& of : number)
     if (of >= 0) of = count++;
@@ -25,13 +25,13 @@ std::vector<Index> numbers(Index n_nodes, Index dofs, const std::vector<Index>& 
 // work(node, other) once for every pair of nodes that share an entry of A.
 template <typename Work>
 void for_pairs(const SparseMatrix& A, Index dofs, Work work) {
-  std::vector<Index> seen(static_cast<std::size_t>(A.cols() / dofs), -1);
+  std::vector<Index> seen(A.cols() / dofs, -1);
   for (Index node = 0; node < A.cols() / dofs; ++node) {
     for (Index column = dofs * node; column < dofs * (node + 1); ++column) {
       for (SparseMatrix::InnerIterator it(A, column); it; ++it) {
         const Index other = it.row() / dofs;
-        if (seen[static_cast<std::size_t>(other)] == node) continue;
-        seen[static_cast<std::size_t>(other)] = node;
+        if (seen[other] == node) continue;
+        seen[other] = node;
         work(node, other);
       }
     }
@@ -51,19 +51,18 @@ Index dofs_per_node(const SparseMatrix& A) {
 SparseMatrix node_graph(const SparseMatrix& A, Index dofs, const std::vector<Index>& last) {
   Index count = 0;
   const std::vector<Index> number = numbers(A.cols() / dofs, dofs, last, count);
-  std::vector<std::vector<Index>> below(static_cast<std::size_t>(count));
+  std::vector<std::vector<Index>> below(count);
   for_pairs(A, dofs, [&](Index node, Index other) {
-    const Index i = number[static_cast<std::size_t>(node)],
-                j = number[static_cast<std::size_t>(other)];
+    const Index i = number[node], j = number[other];
     // Either triangle may be stored; the lower one of a node's pairs is enough where both are
-    if (i >= 0 && j >= i) below[static_cast<std::size_t>(i)].push_back(j);
+    if (i >= 0 && j >= i) below[i].push_back(j);
   });
   SparseMatrix graph(count, count);
   Index entries = 0;
   for (const auto& rows : below) entries += static_cast<Index>(rows.size());
   graph.reserve(entries);
   for (Index i = 0; i < count; ++i) {
-    auto& rows = below[static_cast<std::size_t>(i)];
+    auto& rows = below[i];
     std::sort(rows.begin(), rows.end());
     graph.startVec(i);
     for (const Index j : rows) graph.insertBack(j, i) = 1;
@@ -76,15 +75,13 @@ std::vector<Index> order_of_rows(const std::vector<Index>& nodes, Index dofs, In
                                  const std::vector<Index>& last) {
   Index count = 0;
   const std::vector<Index> number = numbers(n / dofs, dofs, last, count);
-  std::vector<Index> node_of(static_cast<std::size_t>(count));
+  std::vector<Index> node_of(count);
   for (std::size_t node = 0; node < number.size(); ++node)
-    if (number[node] >= 0)
-      node_of[static_cast<std::size_t>(number[node])] = static_cast<Index>(node);
+    if (number[node] >= 0) node_of[number[node]] = static_cast<Index>(node);
   std::vector<Index> order;
-  order.reserve(static_cast<std::size_t>(n));
+  order.reserve(n);
   for (const Index i : nodes)
-    for (Index d = 0; d < dofs; ++d)
-      order.push_back(dofs * node_of[static_cast<std::size_t>(i)] + d);
+    for (Index d = 0; d < dofs; ++d) order.push_back(dofs * node_of[i] + d);
   order.insert(order.end(), last.begin(), last.end());
   return order;
 }

@@ -20,7 +20,7 @@ constexpr double worth_threads = 2e7;
 std::vector<Front> fronts_of(const SupernodeTree& tree, Index boundary, bool keeps_last) {
   const SupernodalFactor& f = tree.factor();
   std::vector<Front> fronts;
-  std::vector<Index> front_of(static_cast<std::size_t>(f.n_super)), above;
+  std::vector<Index> front_of(f.n_super), above;
   for (Index s = 0; s < f.n_super; ++s) {
     const bool goes_on = s > 0 && tree.parent(s - 1) == s &&
                          f.height(s) == f.height(s - 1) - f.columns(s - 1) &&
@@ -34,10 +34,10 @@ std::vector<Front> fronts_of(const SupernodeTree& tree, Index boundary, bool kee
                         keeps_last && f.first(s) >= boundary});
       above.push_back(tree.parent(s));
     }
-    front_of[static_cast<std::size_t>(s)] = static_cast<Index>(fronts.size()) - 1;
+    front_of[s] = static_cast<Index>(fronts.size()) - 1;
   }
   for (std::size_t i = 0; i < fronts.size(); ++i)
-    if (above[i] >= 0) fronts[i].parent = front_of[static_cast<std::size_t>(above[i])];
+    if (above[i] >= 0) fronts[i].parent = front_of[above[i]];
   return fronts;
 }
 
@@ -57,11 +57,10 @@ Fronts::Fronts(const SupernodeTree& tree, std::vector<ShiftedMatrix> matrices, I
       place_(static_cast<std::size_t>(f_.n)),
       updates_(fronts_.size()),
       progress_(progress) {
-  for (Index j = 0; j < f_.n; ++j) place_[static_cast<std::size_t>(f_.order[j])] = j;
+  for (Index j = 0; j < f_.n; ++j) place_[f_.order[j]] = j;
   children_.resize(fronts_.size());
   for (Index s = 0; s < n_fronts(); ++s)
-    if (const Index parent = fronts_[static_cast<std::size_t>(s)].parent; parent >= 0)
-      children_[static_cast<std::size_t>(parent)].push_back(s);
+    if (const Index parent = fronts_[s].parent; parent >= 0) children_[parent].push_back(s);
 }
 
 Fronts::Outcome Fronts::run(bool one_by_one) {
@@ -73,7 +72,7 @@ Fronts::Outcome Fronts::run(bool one_by_one) {
     plan();
   }
   const SingleThreadedBlas blas;
-  std::vector<Index> position(static_cast<std::size_t>(f_.n), -1);
+  std::vector<Index> position(f_.n, -1);
   std::size_t subtree = 0;
   for (const Index s : top_) {
     // Only the subtrees below it first: updates that wait for a parent use memory
@@ -82,7 +81,7 @@ Fronts::Outcome Fronts::run(bool one_by_one) {
     eliminate_subtrees(subtree, last);
     subtree = last;
     if (!fine()) break;
-    const Front& next = fronts_[static_cast<std::size_t>(s)];
+    const Front& next = fronts_[s];
     front(s, position, next.is_kept || flops_of(next) > worth_threads);
   }
   eliminate_subtrees(subtree, subtrees_.size());
@@ -96,7 +95,7 @@ void Fronts::eliminate_subtrees(std::size_t first, std::size_t last) {
   const std::size_t threads =
       std::min<std::size_t>(static_cast<std::size_t>(n_threads()), last - first);
   run_threads(static_cast<int>(threads), [&](int) {
-    std::vector<Index> position(static_cast<std::size_t>(f_.n), -1);
+    std::vector<Index> position(f_.n, -1);
     for (std::size_t i = next++; i < last && fine(); i = next++)
       for (Index s = subtrees_[i].first; s <= subtrees_[i].last && fine(); ++s)
         front(s, position, false);
@@ -115,8 +114,8 @@ void Fronts::plan() {
     work[i] += own;
     first[i] = s;
     for (const Index child : children_[i]) {
-      work[i] += work[static_cast<std::size_t>(child)];
-      first[i] = std::min(first[i], first[static_cast<std::size_t>(child)]);
+      work[i] += work[child];
+      first[i] = std::min(first[i], first[child]);
     }
   }
   const double most = total / 8;
@@ -124,7 +123,7 @@ void Fronts::plan() {
     const auto i = static_cast<std::size_t>(s);
     if (work[i] > most) {
       top_.push_back(s);
-    } else if (fronts_[i].parent < 0 || work[static_cast<std::size_t>(fronts_[i].parent)] > most) {
+    } else if (fronts_[i].parent < 0 || work[fronts_[i].parent] > most) {
       subtrees_.push_back({first[i], s});
     }
   }
@@ -139,8 +138,8 @@ void Fronts::plan() {
 
 // The frontal matrices, their pivots eliminated; their Schur complements wait for the parent.
 void Fronts::front(Index s, std::vector<Index>& position, bool alone) {
-  const Front& own = fronts_[static_cast<std::size_t>(s)];
-  for (Index i = 0; i < own.height; ++i) position[static_cast<std::size_t>(own.rows[i])] = i;
+  const Front& own = fronts_[s];
+  for (Index i = 0; i < own.height; ++i) position[own.rows[i]] = i;
   std::vector<FrontMatrix> of;
   for (const ShiftedMatrix& A : matrices_) {
     of.push_back({on_huge_pages(own.height, own.columns), on_huge_pages(own.below(), own.below())});
@@ -150,16 +149,15 @@ void Fronts::front(Index s, std::vector<Index>& position, bool alone) {
                   [&](Index j) { of.back().rest.col(j).tail(own.below() - j).setZero(); });
     assemble(A, own.first, position, of.back().F);
   }
-  for (const Index child : children_[static_cast<std::size_t>(s)])
-    extend_add(child, position, alone, of);
-  for (Index i = 0; i < own.height; ++i) position[static_cast<std::size_t>(own.rows[i])] = -1;
+  for (const Index child : children_[s]) extend_add(child, position, alone, of);
+  for (Index i = 0; i < own.height; ++i) position[own.rows[i]] = -1;
   if (!fine()) return;
   if (!eliminate(own, of, alone)) {
     stopped_ = true;
     return;
   }
   for (FrontMatrix& matrix : of)
-    if (own.below() > 0) updates_[static_cast<std::size_t>(s)].push_back(std::move(matrix.rest));
+    if (own.below() > 0) updates_[s].push_back(std::move(matrix.rest));
   const double done = done_flops_ += flops_of(own);
   if (progress_ && std::this_thread::get_id() == runs_) progress_(done / all_flops_);
 }
@@ -169,9 +167,9 @@ void Fronts::assemble(const ShiftedMatrix& A, Index first, const std::vector<Ind
   for (Index j = 0; j < F.cols(); ++j) {
     const Index column = first + j;
     A.each(f_.order[column], [&](Index row, double value) {
-      const Index place = place_[static_cast<std::size_t>(row)];
+      const Index place = place_[row];
       if (place < column || value == 0) return;
-      const Index i = position[static_cast<std::size_t>(place)];
+      const Index i = position[place];
       if (i < 0) {
         foreign_ = true;
       } else {
@@ -183,21 +181,20 @@ void Fronts::assemble(const ShiftedMatrix& A, Index first, const std::vector<Ind
 
 void Fronts::extend_add(Index child, const std::vector<Index>& position, bool alone,
                         std::vector<FrontMatrix>& of) {
-  const std::vector<Matrix> updates = std::move(updates_[static_cast<std::size_t>(child)]);
-  updates_[static_cast<std::size_t>(child)].clear();
-  const Front& from = fronts_[static_cast<std::size_t>(child)];
+  const std::vector<Matrix> updates = std::move(updates_[child]);
+  updates_[child].clear();
+  const Front& from = fronts_[child];
   const Index* rows = from.rows + from.columns;
   const Index columns = of.front().F.cols(), m = from.below();
-  std::vector<Index> to(static_cast<std::size_t>(m));
-  for (Index i = 0; i < m; ++i)
-    to[static_cast<std::size_t>(i)] = position[static_cast<std::size_t>(rows[i])];
+  std::vector<Index> to(m);
+  for (Index i = 0; i < m; ++i) to[i] = position[rows[i]];
   for (std::size_t a = 0; a < updates.size(); ++a) {
     const Matrix& U = updates[a];
     share_columns(m, alone, [&](Index j) {
-      const Index column = to[static_cast<std::size_t>(j)];
+      const Index column = to[j];
       double* into = column < columns ? of[a].F.col(column).data()
                                       : of[a].rest.col(column - columns).data() - columns;
-      for (Index i = j; i < m; ++i) into[to[static_cast<std::size_t>(i)]] += U(i, j);
+      for (Index i = j; i < m; ++i) into[to[i]] += U(i, j);
     });
   }
 }
@@ -214,7 +211,7 @@ double front_bytes(const SupernodeTree& tree) {
     const double update = 8 * below * below;
     most = std::max(most, held + update + 8 * (columns + below + update_block) * columns);
     held += update - waiting[s];
-    if (fronts[s].parent >= 0) waiting[static_cast<std::size_t>(fronts[s].parent)] += update;
+    if (fronts[s].parent >= 0) waiting[fronts[s].parent] += update;
   }
   return most;
 }

@@ -26,7 +26,7 @@ std::vector<int> dealt(const std::vector<Index>& subtrees, const std::vector<dou
   std::fill(loads.begin(), loads.end(), 0.0);
   std::vector<std::size_t> order(subtrees.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  const auto work_of = [&](std::size_t i) { return work[static_cast<std::size_t>(subtrees[i])]; };
+  const auto work_of = [&](std::size_t i) { return work[subtrees[i]]; };
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return work_of(a) > work_of(b); });
   std::vector<int> owner(subtrees.size());
@@ -71,20 +71,19 @@ void SharedSolve::share_out() {
     if (tree_.parent(s) < 0) {
       subtrees.push_back(s);
     } else {
-      work[static_cast<std::size_t>(tree_.parent(s))] += work[i];
-      children[static_cast<std::size_t>(tree_.parent(s))].push_back(s);
+      work[tree_.parent(s)] += work[i];
+      children[tree_.parent(s)].push_back(s);
     }
   }
   const double total = std::accumulate(own.begin(), own.end(), 0.0);
-  std::vector<double> loads(static_cast<std::size_t>(threads_));
+  std::vector<double> loads(threads_);
   std::vector<int> given = dealt(subtrees, work, loads);
   double top = 0;
   while (!subtrees.empty() && subtrees.size() < most_subtrees) {
     const double mean = (total - top) / threads_;
     if (*std::max_element(loads.begin(), loads.end()) <= even_enough * mean) break;
-    const auto largest = std::max_element(subtrees.begin(), subtrees.end(), [&](Index a, Index b) {
-      return work[static_cast<std::size_t>(a)] < work[static_cast<std::size_t>(b)];
-    });
+    const auto largest = std::max_element(subtrees.begin(), subtrees.end(),
+                                          [&](Index a, Index b) { return work[a] < work[b]; });
     const Index root = *largest;
     const auto i = static_cast<std::size_t>(root);
     if (top + own[i] > most_at_top * total) break;
@@ -94,12 +93,11 @@ void SharedSolve::share_out() {
     given = dealt(subtrees, work, loads);
   }
   std::vector<int> owner(n, -1);
-  for (std::size_t i = 0; i < subtrees.size(); ++i)
-    owner[static_cast<std::size_t>(subtrees[i])] = given[i];
+  for (std::size_t i = 0; i < subtrees.size(); ++i) owner[subtrees[i]] = given[i];
   // Parents come after their children
   for (std::size_t i = n; i-- > 0;)
     for (const Index child : children[i])
-      if (owner[i] >= 0) owner[static_cast<std::size_t>(child)] = owner[i];
+      if (owner[i] >= 0) owner[child] = owner[i];
   collect(owner);
 }
 
@@ -109,7 +107,7 @@ void SharedSolve::collect(const std::vector<int>& owner) {
     if (owner[i] < 0) {
       top_.push_back(static_cast<Index>(i));
     } else {
-      own_[static_cast<std::size_t>(owner[i])].supernodes.push_back(static_cast<Index>(i));
+      own_[owner[i]].supernodes.push_back(static_cast<Index>(i));
     }
   }
 }

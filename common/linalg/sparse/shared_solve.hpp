@@ -42,7 +42,7 @@ class SharedSolve {
   void load(Index s, Matrix& X_t, bool add) const;
   void store(Index s, const Matrix& X_t);
   void apply_signs(Index first, Index columns, Matrix& X_t) const;
-  double* scratch(int thread) { return scratch_[static_cast<std::size_t>(thread)].data(); }
+  double* scratch(int thread) { return scratch_[thread].data(); }
   Matrix& main() { return panels_.front(); }
 
   const SupernodeTree& tree_;

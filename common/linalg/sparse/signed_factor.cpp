@@ -38,14 +38,14 @@ SignedFactor::SignedFactor(const SparseMatrix& K, double sigma, const SparseMatr
 void SignedFactor::rename(const SupernodalFactor& factor, const SignedPivots& pivots) {
   std::vector<Index> place(pivots.order.size());
   for (std::size_t i = 0; i < place.size(); ++i) {
-    place[static_cast<std::size_t>(pivots.order[i])] = static_cast<Index>(i);
+    place[pivots.order[i]] = static_cast<Index>(i);
     order_.push_back(factor.order[pivots.order[i]]);
   }
   for (Index s = 0; s < factor.n_super; ++s) {
-    const Index end = pivots.front_end[static_cast<std::size_t>(s)];
+    const Index end = pivots.front_end[s];
     for (Index i = factor.pi[s]; i < factor.pi[s + 1]; ++i) {
       const Index row = factor.rows[i];
-      rows_.push_back(row < end ? row : place[static_cast<std::size_t>(row)]);
+      rows_.push_back(row < end ? row : place[row]);
     }
   }
 }

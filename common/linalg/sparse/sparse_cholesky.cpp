@@ -184,7 +184,7 @@ SparseCholesky::SparseCholesky(const SparseMatrix& A, const std::vector<Index>& 
   impl_->last = last;
   impl_->factor = numbers.view();
   if (numbers.n_done < impl_->n) {
-    impl_->fail_at(numbers.symbolic.order[static_cast<std::size_t>(numbers.n_done)]);
+    impl_->fail_at(numbers.symbolic.order[numbers.n_done]);
   } else {
     impl_->finish();
   }
@@ -199,17 +199,17 @@ SparseCholesky SparseCholesky::leading() const {
   own.numbers = impl_->numbers;
   own.leading = leading_pattern(impl_->factor, own.n);
   // of A's rows in the leading matrix
-  std::vector<Index> number(static_cast<std::size_t>(impl_->n), 0);
-  for (const Index row : last) number[static_cast<std::size_t>(row)] = -1;
+  std::vector<Index> number(impl_->n, 0);
+  for (const Index row : last) number[row] = -1;
   own.diagonal.resize(own.n);
   Index count = 0;
   for (Index row = 0; row < impl_->n; ++row) {
-    if (number[static_cast<std::size_t>(row)] < 0) continue;
+    if (number[row] < 0) continue;
     own.diagonal(count) = impl_->diagonal(row);
-    number[static_cast<std::size_t>(row)] = count++;
+    number[row] = count++;
   }
   const Index* order = impl_->factor.order;
-  for (Index i = 0; i < own.n; ++i) own.order.push_back(number[static_cast<std::size_t>(order[i])]);
+  for (Index i = 0; i < own.n; ++i) own.order.push_back(number[order[i]]);
   own.factor = impl_->factor;
   own.factor.n = own.n;
   own.factor.n_super = static_cast<Index>(own.leading.super.size()) - 1;
@@ -220,7 +220,7 @@ SparseCholesky SparseCholesky::leading() const {
   own.count();
   const Index n_done = impl_->numbers->n_done;
   if (n_done < own.n) {
-    own.fail_at(own.order[static_cast<std::size_t>(n_done)]);
+    own.fail_at(own.order[n_done]);
   } else {
     own.finish();
   }

@@ -56,7 +56,7 @@ SupernodeTree::SupernodeTree(const SupernodalFactor& factor)
     if (factor.height(s) == factor.columns(s)) continue;
     const Index* rows = factor.rows + factor.pi[s];
     const Index row = *std::min_element(rows + factor.columns(s), rows + factor.height(s));
-    parent_[static_cast<std::size_t>(s)] = supernode_of_[static_cast<std::size_t>(row)];
+    parent_[s] = supernode_of_[row];
   }
   if (factor.x != nullptr) invert_tiles();
 }
@@ -81,10 +81,9 @@ SupernodeSet SupernodeTree::reach(const std::vector<Index>& rows) const {
   std::vector<char> reached(parent_.size(), 0);
   SupernodeSet set;
   for (const Index row : rows) {
-    Index s = supernode_of_[static_cast<std::size_t>(row)];
-    for (; s >= 0 && !reached[static_cast<std::size_t>(s)];
-         s = parent_[static_cast<std::size_t>(s)]) {
-      reached[static_cast<std::size_t>(s)] = 1;
+    Index s = supernode_of_[row];
+    for (; s >= 0 && !reached[s]; s = parent_[s]) {
+      reached[s] = 1;
       set.supernodes.push_back(s);
       set.flops_per_column += flops(factor_, s);
     }

@@ -44,7 +44,7 @@ class SupernodeTree {
   // Liu 1993, doi 10.1137/0614019).
   SupernodeSet reach(const std::vector<Index>& rows) const;
   const SupernodeSet& all() const { return all_; }
-  Index parent(Index s) const { return parent_[static_cast<std::size_t>(s)]; }  // -1: a root
+  Index parent(Index s) const { return parent_[s]; }  // -1: a root
 
   // Solves with diagonal blocks of L use the inverses of their diagonal tiles, as products run at
   // three times the rate of dtrsm on few columns. A triangular inverse leaves a residual as small

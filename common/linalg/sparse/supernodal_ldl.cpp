@@ -75,19 +75,17 @@ bool eliminate_by_size(Eigen::Ref<Matrix> A, const double* limit, const double* 
   const Index n = A.rows();
   Matrix S = A.selfadjointView<Eigen::Lower>();
   for (Index k = 0; k < n; ++k) {
-    const auto weight = [&](Index i) {
-      return std::abs(S(i, i)) / scale[order[static_cast<std::size_t>(i)]];
-    };
+    const auto weight = [&](Index i) { return std::abs(S(i, i)) / scale[order[i]]; };
     Index p = k;
     for (Index i = k + 1; i < n; ++i)
       if (weight(i) > weight(p)) p = i;
     if (p != k) {
       S.row(k).swap(S.row(p));
       S.col(k).swap(S.col(p));
-      std::swap(order[static_cast<std::size_t>(k)], order[static_cast<std::size_t>(p)]);
+      std::swap(order[k], order[p]);
     }
     const double d = S(k, k);
-    if (!(std::abs(d) > limit[order[static_cast<std::size_t>(k)]])) return false;
+    if (!(std::abs(d) > limit[order[k]])) return false;
     const Index left = n - k - 1;
     const Vector column = S.col(k).tail(left);
     S.bottomRightCorner(left, left).noalias() -= column / d * column.transpose();
@@ -110,13 +108,13 @@ class Eliminator final : public Fronts {
              const Progress& progress)
       : Fronts(tree, {A}, tree.factor().n, false, progress), kept_(kept) {
     const SupernodalFactor& f = factor();
-    scale_.assign(static_cast<std::size_t>(f.n), 0.0);
+    scale_.assign(f.n, 0.0);
     double largest = 0;
     for (Index j = 0; j < f.n; ++j) {
       const Index c = f.order[j];
       double diagonal = 0;
       matrix().each(c, [&](Index row, double value) { diagonal += row == c ? value : 0; });
-      scale_[static_cast<std::size_t>(j)] = std::abs(diagonal);
+      scale_[j] = std::abs(diagonal);
       largest = std::max(largest, std::abs(diagonal));
     }
     for (double& scale : scale_) {
@@ -147,7 +145,7 @@ class Eliminator final : public Fronts {
     Index column = 0;
     for (Index s = front.supernode; s < front.supernode + front.n_supernodes; ++s) {
       const Index top = column, height = f.height(s);
-      kept_->pivots.front_end[static_cast<std::size_t>(s)] = front.first + front.columns;
+      kept_->pivots.front_end[s] = front.first + front.columns;
       share_columns(f.columns(s), alone, [&](Index j) {
         const double d = F(top + j, top + j), root = std::sqrt(std::abs(d));
         Eigen::Map<Vector> to(kept_->x + kept_->px[s] + j * height, height);
@@ -171,7 +169,7 @@ class Eliminator final : public Fronts {
     for (Index i = 0; i < A.rows() && is_easy; ++i) is_easy = ratio(i) > easy_pivot;
     if (is_easy) return true;
     A = before;
-    order.resize(static_cast<std::size_t>(A.rows()));
+    order.resize(A.rows());
     std::iota(order.begin(), order.end(), Index{0});
     if (!eliminate_by_size(A, limit, scale, order)) return false;
     if (kept_ != nullptr)
@@ -229,9 +227,9 @@ std::optional<Index> factor_with_signs(const SupernodeTree& tree, const ShiftedM
   const SupernodalFactor& f = tree.factor();
   assert(A.K.rows() == f.n);
   pivots.signs.resize(f.n);
-  pivots.order.resize(static_cast<std::size_t>(f.n));
+  pivots.order.resize(f.n);
   std::iota(pivots.order.begin(), pivots.order.end(), Index{0});
-  pivots.front_end.resize(static_cast<std::size_t>(f.n_super));
+  pivots.front_end.resize(f.n_super);
   const Kept kept{px, x, pivots};
   return Eliminator(tree, A, vanishing, &kept, {}).count();
 }

@@ -20,7 +20,7 @@ int exodus_side(ElementType type, int label) {
       {8, {{0, 1, 2, 3}, {4, 7, 6, 5}, {0, 4, 5, 1}, {1, 5, 6, 2}, {2, 6, 7, 3}, {3, 7, 4, 0}}}};
   if (dimension(type) != 3 || label < 1 || label > n_sides(type)) return 0;
   const auto& faces = all.at(n_corners(type));
-  const auto& corners = faces[static_cast<std::size_t>(label - 1)];
+  const auto& corners = faces[label - 1];
   const std::set<int> wanted(corners.begin(), corners.end());
   for (int side = 1; side <= n_sides(type); ++side) {
     const auto& nodes = side_nodes(type, side);
@@ -146,8 +146,7 @@ class AbaqusMesh {
       for (const Index id : elset(name, set.place).ids) {
         const Side element = ids.element(id);
         if (element.element < 0) continue;
-        const auto row =
-            mesh_.blocks[static_cast<std::size_t>(element.block)].connectivity.row(element.element);
+        const auto row = mesh_.blocks[element.block].connectivity.row(element.element);
         nodes.insert(nodes.end(), row.begin(), row.end());
       }
     }
@@ -194,7 +193,7 @@ class AbaqusMesh {
   }
 
   void add_side(Side element, const InpSurface::Entry& entry, Sideset& set) const {
-    const ElementType type = mesh_.blocks[static_cast<std::size_t>(element.block)].type;
+    const ElementType type = mesh_.blocks[element.block].type;
     const bool is_face = entry.label.size() == 2 && entry.label[0] == 'S';
     if (is_face) element.side = exodus_side(type, entry.label[1] - '0');
     if (dimension(type) == 2)
@@ -209,8 +208,7 @@ class AbaqusMesh {
   // Sides that no other solid shares.
   void add_outer_sides(Side element, Sideset& set) {
     if (n_shared_.empty()) count_sides();
-    for (element.side = 1;
-         element.side <= n_sides(mesh_.blocks[static_cast<std::size_t>(element.block)].type);
+    for (element.side = 1; element.side <= n_sides(mesh_.blocks[element.block].type);
          ++element.side)
       if (n_shared_.at(key_of(element)) == 1) set.sides.push_back(element);
   }

@@ -46,7 +46,7 @@ std::vector<SetHeader> headers(const NetcdfReader& file, const std::string& dime
                                const std::string& prefix, const std::string& word) {
   const Index n = file.dimension(dimension);
   const std::string prop = prefix + "_prop1", names = prefix + "_names";
-  std::vector<SetHeader> found(static_cast<std::size_t>(n));
+  std::vector<SetHeader> found(n);
   std::vector<Index> ids;
   std::vector<std::string> texts;
   if (n > 0 && file.has(prop)) ids = file.integers(prop);
@@ -91,8 +91,7 @@ void read_nodes(const NetcdfReader& file, Mesh& mesh) {
       throw InputError(file.where() + ": " + name + ": has " + std::to_string(values.size()) +
                        " values, not " + std::to_string(wanted));
     if (c == 0) mesh.coordinates = Points::Zero(n, 3);
-    for (Index i = 0; i < n; ++i)
-      mesh.coordinates(i, c) = values[static_cast<std::size_t>(joint ? c * n + i : i)];
+    for (Index i = 0; i < n; ++i) mesh.coordinates(i, c) = values[joint ? c * n + i : i];
   }
   mesh.node_ids = id_map(file, "node_num_map", n);
 }
@@ -138,8 +137,7 @@ void read_blocks(const NetcdfReader& file, Mesh& mesh) {
 void read_sidesets(const NetcdfReader& file, Mesh& mesh) {
   std::vector<Side> elements;  // by the number in the file
   for (Index b = 0; b < static_cast<Index>(mesh.blocks.size()); ++b)
-    for (Index e = 0; e < mesh.blocks[static_cast<std::size_t>(b)].connectivity.rows(); ++e)
-      elements.push_back({b, e, 0});
+    for (Index e = 0; e < mesh.blocks[b].connectivity.rows(); ++e) elements.push_back({b, e, 0});
   const auto sets = headers(file, "num_side_sets", "ss", "surface");
   for (std::size_t s = 0; s < sets.size(); ++s) {
     const std::string element_name = "elem_ss" + std::to_string(s + 1),
@@ -155,7 +153,7 @@ void read_sidesets(const NetcdfReader& file, Mesh& mesh) {
           throw InputError(file.where() + ": " + element_name + ": element number " +
                            std::to_string(element[i]) + " found, allowed are 1 to " +
                            std::to_string(elements.size()));
-        Side found = elements[static_cast<std::size_t>(element[i] - 1)];
+        Side found = elements[element[i] - 1];
         // check_mesh refuses wrong sides
         found.side = static_cast<int>(std::clamp<Index>(side[i], -1, 1000));
         set.sides.push_back(found);

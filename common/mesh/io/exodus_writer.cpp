@@ -197,7 +197,7 @@ void write_values(NetcdfWriter& file, const Mesh& mesh, Index width) {
   for (std::size_t s = 0; s < mesh.sidesets.size(); ++s) {
     std::vector<Index> element, side;
     for (const Side& one : mesh.sidesets[s].sides) {
-      element.push_back(first_of_block[static_cast<std::size_t>(one.block)] + one.element);
+      element.push_back(first_of_block[one.block] + one.element);
       side.push_back(one.side);
     }
     if (element.empty()) continue;

@@ -34,7 +34,7 @@ class MeshMaker {
     const auto n = static_cast<Index>(file_.node_ids.size());
     mesh_.node_ids = file_.node_ids;
     mesh_.coordinates = Eigen::Map<const Points>(file_.coordinates.data(), n, 3);
-    for (Index i = 0; i < n; ++i) index_.emplace(mesh_.node_ids[static_cast<std::size_t>(i)], i);
+    for (Index i = 0; i < n; ++i) index_.emplace(mesh_.node_ids[i], i);
   }
 
   std::vector<Index> nodes_of(const FileElement& element) const {
@@ -99,8 +99,7 @@ class MeshMaker {
     std::vector<bool> wanted(mesh_.node_ids.size(), false);
     for (const FaceSet& set : faces_)
       for (const std::size_t e : set.elements)
-        for (const Index node : nodes_of(file_.elements[e]))
-          wanted[static_cast<std::size_t>(node)] = true;
+        for (const Index node : nodes_of(file_.elements[e])) wanted[node] = true;
     const SideLookup lookup(mesh_, wanted);
     for (const FaceSet& set : faces_) add_sideset(set, lookup);
   }
@@ -111,7 +110,7 @@ class MeshMaker {
     for (const std::size_t e : set.elements) {
       const FileElement& element = file_.elements[e];
       std::vector<Index> corners = nodes_of(element);
-      corners.resize(static_cast<std::size_t>(n_corners(element.type)));
+      corners.resize(n_corners(element.type));
       const Side side = lookup.find(corners);
       if (side.element < 0) return;  // shells, which are no surface of a solid
       if (seen.insert({side.block, side.element, side.side}).second) sideset.sides.push_back(side);
@@ -159,7 +158,7 @@ void add_nodeset(Mesh& mesh, const std::string& name, std::vector<Index> nodes, 
     n = static_cast<Index>(mesh.nodesets.size());
     mesh.nodesets.push_back({name, id == 0 ? n + 1 : id, {}});
   }
-  auto& all = mesh.nodesets[static_cast<std::size_t>(n)].nodes;
+  auto& all = mesh.nodesets[n].nodes;
   all.insert(all.end(), nodes.begin(), nodes.end());
   std::sort(all.begin(), all.end());
   all.erase(std::unique(all.begin(), all.end()), all.end());

@@ -98,7 +98,7 @@ struct Source {
   // Nodes of an element in Exodus order, as indices.
   std::vector<Index> nodes_of(const MshElement& element) const {
     const GmshType& type = *find_gmsh_type(element.type);
-    std::vector<Index> nodes(static_cast<std::size_t>(type.n_nodes));
+    std::vector<Index> nodes(type.n_nodes);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       const Index id =
           msh.element_nodes[element.first +
@@ -160,7 +160,7 @@ void add_surface(const Group& group, const Source& source, const SideLookup& loo
   for (const MshElement* element : group.elements) {
     if (skin) break;
     auto corners = source.nodes_of(*element);
-    corners.resize(static_cast<std::size_t>(n_corners(*find_gmsh_type(element->type)->type)));
+    corners.resize(n_corners(*find_gmsh_type(element->type)->type));
     const Side side = lookup.find(corners);
     if (side.element < 0) {
       if (++n_loose == 1) first_loose = element->id;
@@ -194,8 +194,7 @@ std::vector<bool> face_nodes(const std::vector<Group>& groups, const Source& sou
   for (const auto& group : groups)
     if (group.dimension == 2 && group.physical)
       for (const MshElement* element : group.elements)
-        for (const Index node : source.nodes_of(*element))
-          flags[static_cast<std::size_t>(node)] = true;
+        for (const Index node : source.nodes_of(*element)) flags[node] = true;
   return flags;
 }
 

@@ -127,11 +127,10 @@ class Builder {
                   {}};
     auto& rows = entity.elements;
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
-      Row row{block.element_ids[static_cast<std::size_t>(e)],
-              std::vector<Index>(static_cast<std::size_t>(type.n_nodes))};
+      Row row{block.element_ids[e], std::vector<Index>(type.n_nodes)};
       for (Index i = 0; i < type.n_nodes; ++i) {
-        const Index local = type.order.empty() ? i : type.order[static_cast<std::size_t>(i)];
-        row.nodes[static_cast<std::size_t>(local)] = node_id(block.connectivity(e, i));
+        const Index local = type.order.empty() ? i : type.order[i];
+        row.nodes[local] = node_id(block.connectivity(e, i));
       }
       rows.push_back(std::move(row));
     }
@@ -143,7 +142,7 @@ class Builder {
     for (const auto& set : mesh_.sidesets) {
       const Index tag = add_physical(model_, 2, set.id, set.name);
       for (const Side& side : set.sides) {
-        const Block& block = mesh_.blocks[static_cast<std::size_t>(side.block)];
+        const Block& block = mesh_.blocks[side.block];
         if (dimension(block.type) != 3)
           throw InputError(
               "sideset '" + set.name +
@@ -155,7 +154,7 @@ class Builder {
     std::map<EntityKey, Entity> entities;
     for (const auto& [key, tags] : groups) {
       const auto& [b, e, s] = key;
-      const Block& block = mesh_.blocks[static_cast<std::size_t>(b)];
+      const Block& block = mesh_.blocks[b];
       Row row{next_element_++, {}};
       for (const int local : side_nodes(block.type, s))
         row.nodes.push_back(node_id(block.connectivity(e, local)));
@@ -186,7 +185,7 @@ class Builder {
     }
   }
 
-  Index node_id(Index node) const { return mesh_.node_ids[static_cast<std::size_t>(node)]; }
+  Index node_id(Index node) const { return mesh_.node_ids[node]; }
 
   const Mesh& mesh_;
   Model model_;
@@ -200,7 +199,7 @@ void write_entities(const Mesh& mesh, const Model& model, Text& out) {
     box.row(1) = mesh.coordinates.colwise().maxCoeff();
   }
   std::array<Index, 4> count{}, tag{};
-  for (const auto& entity : model.entities) ++count[static_cast<std::size_t>(entity.dimension)];
+  for (const auto& entity : model.entities) ++count[entity.dimension];
   out << "$Entities\n" << count[0] << " " << count[1] << " " << count[2] << " " << count[3] << "\n";
   for (const auto& entity : model.entities) {
     const auto d = static_cast<std::size_t>(entity.dimension);
@@ -244,8 +243,8 @@ void write_elements(const Model& model, Text& out) {
   out << "$Elements\n" << model.entities.size() << " " << n << " " << low << " " << high << "\n";
   std::array<Index, 4> tag{};
   for (const auto& entity : model.entities) {
-    out << entity.dimension << " " << ++tag[static_cast<std::size_t>(entity.dimension)] << " "
-        << entity.type << " " << entity.elements.size() << "\n";
+    out << entity.dimension << " " << ++tag[entity.dimension] << " " << entity.type << " "
+        << entity.elements.size() << "\n";
     for (const auto& row : entity.elements) {
       out << row.id;
       for (const Index node : row.nodes) out << " " << node;

@@ -62,9 +62,7 @@ double volume_of(ElementType type, const std::vector<Vector3>& corners) {
   double volume = 0;
   for (int s = 1; s <= n_sides(type); ++s) {
     const std::vector<int>& side = side_nodes(type, s);
-    const auto at = [&](int i) {
-      return corners[static_cast<std::size_t>(side[static_cast<std::size_t>(i)])] - corners[0];
-    };
+    const auto at = [&](int i) { return corners[side[i]] - corners[0]; };
     for (int i = 2; i < n_corners(side_kind(type, s)); ++i)
       volume += at(0).dot(at(i - 1).cross(at(i)));
   }
@@ -187,10 +185,9 @@ class MedMesh {
       fail(object, "has " + std::to_string(values.size()) + " numbers, expected three a node");
     if (file_.has_attribute(object, "NBR"))
       require_size(object, n_, file_.read_index(object, "NBR"));
-    mesh_.coordinates.resize(static_cast<std::size_t>(3 * n_));
+    mesh_.coordinates.resize(3 * n_);
     for (Index i = 0; i < n_; ++i)
-      for (Index c = 0; c < 3; ++c)
-        mesh_.coordinates[static_cast<std::size_t>(3 * i + c)] = values[c * n_ + i];
+      for (Index c = 0; c < 3; ++c) mesh_.coordinates[3 * i + c] = values[c * n_ + i];
     mesh_.node_ids = read_numbers(base_ + "/NOE/NUM", n_);
     for (const Index id : mesh_.node_ids)
       if (id < 1)
@@ -216,7 +213,7 @@ class MedMesh {
 
   // Families of nodes or cells; without the dataset all are in none.
   std::vector<Index> read_family(const std::string& object, Index n, const Groups& groups) const {
-    if (!file_.has(object)) return std::vector<Index>(static_cast<std::size_t>(n), 0);
+    if (!file_.has(object)) return std::vector<Index>(n, 0);
     std::vector<Index> family = file_.read_indices(object);
     require_size(object, static_cast<Index>(family.size()), n);
     for (const Index number : family)
@@ -275,15 +272,15 @@ class MedMesh {
   }
 
   const std::vector<std::string>& groups_of(const Cells& cells, Index cell) const {
-    return cell_groups_.at(cells.family[static_cast<std::size_t>(cell)]);
+    return cell_groups_.at(cells.family[cell]);
   }
 
   // Places of the nodes of a cell, in the order of Exodus II but for the sense.
   std::vector<Index> nodes_of(const Cells& cells, Index cell) const {
-    std::vector<Index> nodes(static_cast<std::size_t>(cells.type->n_nodes));
+    std::vector<Index> nodes(cells.type->n_nodes);
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       const Index a = cells.type->order.empty() ? static_cast<Index>(i) : cells.type->order[i];
-      nodes[i] = cells.nodes[static_cast<std::size_t>(a * cells.size() + cell)];
+      nodes[i] = cells.nodes[a * cells.size() + cell];
     }
     return nodes;
   }
@@ -296,20 +293,18 @@ class MedMesh {
   // decides; without one it is as MED says.
   std::vector<Index> outward_order(ElementType type, const std::vector<Index>& nodes) const {
     std::vector<Vector3> corners;
-    for (int i = 0; i < n_corners(type); ++i)
-      corners.push_back(position(nodes[static_cast<std::size_t>(i)]));
+    for (int i = 0; i < n_corners(type); ++i) corners.push_back(position(nodes[i]));
     if (volume_of(type, corners) > 0) return nodes;
     std::vector<Index> turned;
-    for (const int i : mirrored_order(type)) turned.push_back(nodes[static_cast<std::size_t>(i)]);
+    for (const int i : mirrored_order(type)) turned.push_back(nodes[i]);
     return turned;
   }
 
   std::size_t add_element(const Cells& cells, Index cell, const std::string& block,
                           const std::vector<Index>& nodes) {
-    mesh_.elements.push_back({cells.number[static_cast<std::size_t>(cell)], *cells.type->type,
-                              mesh_.element_nodes.size(), block});
-    for (const Index node : nodes)
-      mesh_.element_nodes.push_back(mesh_.node_ids[static_cast<std::size_t>(node)]);
+    mesh_.elements.push_back(
+        {cells.number[cell], *cells.type->type, mesh_.element_nodes.size(), block});
+    for (const Index node : nodes) mesh_.element_nodes.push_back(mesh_.node_ids[node]);
     return mesh_.elements.size() - 1;
   }
 
@@ -333,7 +328,7 @@ class MedMesh {
   void add_solids(const Cells& cells) {
     std::map<Index, std::string> blocks;  // of a family
     for (Index cell = 0; cell < cells.size(); ++cell) {
-      const Index family = cells.family[static_cast<std::size_t>(cell)];
+      const Index family = cells.family[cell];
       auto block = blocks.find(family);
       if (block == blocks.end())
         block = blocks.emplace(family, block_of(groups_of(cells, cell))).first;
@@ -361,8 +356,7 @@ class MedMesh {
   void add_node_groups() {
     const std::vector<Index> family = read_family(base_ + "/NOE/FAM", n_, node_groups_);
     for (Index i = 0; i < n_; ++i)
-      for (const std::string& group : node_groups_.at(family[static_cast<std::size_t>(i)]))
-        nodesets_[group].push_back(i);
+      for (const std::string& group : node_groups_.at(family[i])) nodesets_[group].push_back(i);
   }
 
   Hdf5Reader file_;

@@ -101,8 +101,8 @@ bool same_sense(const std::vector<Index>& a, const std::vector<Index>& b) {
 
 std::vector<Index> corners_of(const Mesh& mesh, const Side& side) {
   auto nodes = nodes_of_side(mesh, side);
-  const auto type = mesh.blocks[static_cast<std::size_t>(side.block)].type;
-  nodes.resize(static_cast<std::size_t>(n_corners(side_kind(type, side.side))));
+  const auto type = mesh.blocks[side.block].type;
+  nodes.resize(n_corners(side_kind(type, side.side)));
   return nodes;
 }
 
@@ -183,13 +183,13 @@ void write_mesh(const Mesh& mesh, const std::filesystem::path& file) {
 
 SideLookup::SideLookup(const Mesh& mesh, const std::vector<bool>& wanted) : mesh_(mesh) {
   for (Index b = 0; b < static_cast<Index>(mesh.blocks.size()); ++b) {
-    const Block& block = mesh.blocks[static_cast<std::size_t>(b)];
+    const Block& block = mesh.blocks[b];
     for (Index e = 0; e < block.connectivity.rows(); ++e)
       for (int s = 1; s <= n_sides(block.type); ++s) {
         const auto& local = side_nodes(block.type, s);
-        const bool all = std::all_of(
-            local.begin(), local.begin() + n_corners(side_kind(block.type, s)),
-            [&](int i) { return wanted[static_cast<std::size_t>(block.connectivity(e, i))]; });
+        const bool all =
+            std::all_of(local.begin(), local.begin() + n_corners(side_kind(block.type, s)),
+                        [&](int i) { return wanted[block.connectivity(e, i)]; });
         if (all) entries_.push_back({key_of(corners_of(mesh, {b, e, s})), {b, e, s}});
       }
   }

@@ -146,7 +146,7 @@ class Reader {
       for (std::size_t i = 0; i < length; ++i) cursor.number<int>();
     };
     for (int d = 0; d < 4; ++d)
-      for (std::size_t e = 0; e < n[static_cast<std::size_t>(d)]; ++e) {
+      for (std::size_t e = 0; e < n[d]; ++e) {
         const Index tag = cursor.number<int>();
         if (e == 0) parts.clear();
         if (partitioned) {

@@ -53,7 +53,7 @@ void read_six(const SceneNode& node, const SceneReading&, Matrix6& A) {
     node.fail("has " + std::to_string(rows.size()) +
               " entries, expected six numbers, or six rows of six numbers");
   for (Index i = 0; i < 6; ++i) {
-    const SceneNode& row = rows[static_cast<std::size_t>(i)];
+    const SceneNode& row = rows[i];
     if (!row.is_list()) {
       A(i, i) = row.number(not_negative);
       continue;
@@ -61,7 +61,7 @@ void read_six(const SceneNode& node, const SceneReading&, Matrix6& A) {
     const std::vector<double> values = row.numbers();
     if (values.size() != 6)
       row.fail("has " + std::to_string(values.size()) + " numbers, expected six");
-    for (Index j = 0; j < 6; ++j) A(i, j) = values[static_cast<std::size_t>(j)];
+    for (Index j = 0; j < 6; ++j) A(i, j) = values[j];
   }
   require_definite(node, A);
   if (A.isZero(0)) node.fail("is zero: leave it out");

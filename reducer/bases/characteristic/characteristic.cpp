@@ -41,9 +41,7 @@ std::pair<std::vector<Index>, std::vector<Index>> split(const Superelement& s,
                                                         const std::vector<char>& is_kept) {
   std::pair<std::vector<Index>, std::vector<Index>> dofs;
   for (Index i = 0; i < s.c(); ++i)
-    (is_kept[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])] != 0 ? dofs.first
-                                                                                     : dofs.second)
-        .push_back(i);
+    (is_kept[s.dof_node[i]] != 0 ? dofs.first : dofs.second).push_back(i);
   return dofs;
 }
 
@@ -117,7 +115,7 @@ Matrix shapes_beside_kept(const Superelement& s, const CharacteristicOptions& op
   solve_cholesky(K, Psi);
   follow_rigid_motions(R(a, Eigen::all), R(b, Eigen::all), Psi);
   Matrix T = Matrix::Zero(s.c(), n_a + modes);
-  for (Index i = 0; i < n_a; ++i) T(a[static_cast<std::size_t>(i)], i) = 1;
+  for (Index i = 0; i < n_a; ++i) T(a[i], i) = 1;
   T(b, Eigen::seqN(0, n_a)) = Psi;
   if (modes == 0) return T;
   const Eigenpairs pairs = dense_eigenpairs(K_bb, Matrix(s.M_cc(b, b)), modes);
@@ -224,7 +222,7 @@ Superelement in_shapes(const Superelement& s, const Matrix& T) {
   t.M_cc = 0.5 * (t.M_cc + t.M_cc.transpose()).eval();
   t.M_kc.resize(s.k(), T.cols());
   if (s.k() > 0) t.M_kc.noalias() = s.M_kc * T;
-  t.dof_node.assign(static_cast<std::size_t>(T.cols()), 0);
+  t.dof_node.assign(T.cols(), 0);
   return t;
 }
 
@@ -247,8 +245,7 @@ std::vector<const Surface*> pressed_surfaces(const CharacteristicOptions& option
   // Of a face that is kept whole the basis has all responses
   std::erase_if(pressed, [&](const Surface* surface) {
     const std::vector<Index> nodes = surface_nodes(*surface);
-    return std::all_of(nodes.begin(), nodes.end(),
-                       [&](Index node) { return is_kept[static_cast<std::size_t>(node)] != 0; });
+    return std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[node] != 0; });
   });
   return pressed;
 }
@@ -276,8 +273,8 @@ Matrix uniform_loads(const Superelement& s, const Surface& surface, bool shear) 
   }
   Matrix B = Matrix::Zero(s.c(), shear ? 3 : 1);
   for (Index i = 0; i < s.c(); ++i) {
-    const int d = s.dof_component[static_cast<std::size_t>(i)];
-    B(i, shear ? d : 0) = of_node(s.dof_node[static_cast<std::size_t>(i)], d);
+    const int d = s.dof_component[i];
+    B(i, shear ? d : 0) = of_node(s.dof_node[i], d);
   }
   return B;
 }

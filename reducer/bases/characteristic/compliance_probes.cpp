@@ -76,8 +76,7 @@ std::vector<Index> colours(const Points& c, double distance) {
   for (Index a = 0; a < c.rows(); ++a) {
     taken.assign(taken.size(), 0);
     for (Index b = 0; b < a; ++b)
-      if ((c.row(a) - c.row(b)).squaredNorm() < distance * distance)
-        taken[static_cast<std::size_t>(colour[static_cast<std::size_t>(b)])] = 1;
+      if ((c.row(a) - c.row(b)).squaredNorm() < distance * distance) taken[colour[b]] = 1;
     const auto free = std::find(taken.begin(), taken.end(), 0) - taken.begin();
     if (free == static_cast<std::ptrdiff_t>(taken.size())) taken.push_back(0);
     colour.push_back(free);
@@ -147,7 +146,7 @@ ComplianceProbes::ComplianceProbes(const Points& x, const Points& direction, dou
   // Of each direction there is a first one, which is far from nothing
   const Index n_first = std::count(distance.begin(), distance.end(), HUGE_VAL);
   const auto k = std::min(most, std::max<Index>(n_first + 1, std::lround(first_places * of_node)));
-  double spacing = distance[static_cast<std::size_t>(k - 1)];
+  double spacing = distance[k - 1];
   loads_.resize(s, 0);
   // The first level has all entries, so each of its places has a load
   add_loads(level_of(k, spacing, std::numeric_limits<double>::infinity()));
@@ -158,7 +157,7 @@ ComplianceProbes::ComplianceProbes(const Points& x, const Points& direction, dou
     if (places >= most) break;
     add_loads(level_of(places, spacing, near_places * spacing));
   }
-  order_.resize(static_cast<std::size_t>(s));
+  order_.resize(s);
   std::iota(order_.begin(), order_.end(), Index{0});
   add_loads(level_of(s, spacing, near_places * spacing));
 }
@@ -178,7 +177,7 @@ ComplianceProbes::Level ComplianceProbes::level_of(Index n_places, double spacin
     std::vector<Index> near;
     for (Index a = 0; a < n_places; ++a)
       if ((c.row(a) - x_.row(i)).squaredNorm() < std::pow(support * spacing, 2) &&
-          alike(direction_, i, level.places[static_cast<std::size_t>(a)]))
+          alike(direction_, i, level.places[a]))
         near.push_back(a);
     const Vector share = shares(x_.row(i).transpose(), c(near, Eigen::all), support * spacing);
     for (std::size_t a = 0; a < near.size(); ++a)
@@ -211,7 +210,7 @@ void ComplianceProbes::add_loads(Level level) {
   const auto k = static_cast<Index>(level.places.size());
   const Index n = 1 + *std::max_element(level.load_of.begin(), level.load_of.end());
   Matrix at = Matrix::Zero(k, n);
-  for (Index a = 0; a < k; ++a) at(a, level.load_of[static_cast<std::size_t>(a)]) = 1;
+  for (Index a = 0; a < k; ++a) at(a, level.load_of[a]) = 1;
   if (k < x_.rows()) {
     const SparseMatrix of_forces = level.P.transpose();
     at = of_forces * SparseCholesky(level.P * of_forces).solve(at);
@@ -238,9 +237,7 @@ std::vector<ComplianceLevel> ComplianceProbes::levels(const Matrix& answers) con
     if (S.rows() == 0) {
       S = Matrix(0.5 * (Z + Z.transpose())).sparseView(1, 0);
     } else {
-      const auto entry = [&](Index b, Index a) {
-        return Z(b, level.load_of[static_cast<std::size_t>(a)] - level.first);
-      };
+      const auto entry = [&](Index b, Index a) { return Z(b, level.load_of[a] - level.first); };
       for (Index a = 0; a < S.cols(); ++a)
         for (SparseMatrix::InnerIterator it(S, a); it; ++it)
           it.valueRef() = 0.5 * (entry(it.row(), a) + entry(a, it.row()));

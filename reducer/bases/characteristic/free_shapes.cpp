@@ -74,9 +74,8 @@ class FreeSolver {
 
 // Dof of the component that an interface dof is.
 Index dof_in_component(const Partition& p, const Superelement& s, Index dof) {
-  const Index node =
-      p.interface_nodes[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(dof)])];
-  return 3 * node + s.dof_component[static_cast<std::size_t>(dof)];
+  const Index node = p.interface_nodes[s.dof_node[dof]];
+  return 3 * node + s.dof_component[dof];
 }
 
 // Static forces on the component's dofs   (N x s)
@@ -99,8 +98,7 @@ std::vector<Index> kept_dofs(const CharacteristicOptions& options, const Superel
   const std::vector<char> is_kept = kept_nodes(options, s);
   std::vector<Index> dofs;
   for (Index i = 0; i < s.c(); ++i)
-    if (is_kept[static_cast<std::size_t>(s.dof_node[static_cast<std::size_t>(i)])] != 0)
-      dofs.push_back(i);
+    if (is_kept[s.dof_node[i]] != 0) dofs.push_back(i);
   return dofs;
 }
 
@@ -110,8 +108,7 @@ Matrix loads_of_surfaces(const CharacteristicOptions& options, const Superelemen
   const Index of_each = options.shear ? 3 : 1;
   Matrix B(s.c(), of_each * static_cast<Index>(surfaces.size()));
   for (Index f = 0; f * of_each < B.cols(); ++f)
-    B.middleCols(f * of_each, of_each) =
-        uniform_loads(s, *surfaces[static_cast<std::size_t>(f)], options.shear);
+    B.middleCols(f * of_each, of_each) = uniform_loads(s, *surfaces[f], options.shear);
   return B;
 }
 

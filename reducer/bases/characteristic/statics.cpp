@@ -107,11 +107,11 @@ std::vector<char> kept_nodes(const CharacteristicOptions& options, const Superel
   std::vector<Index> nodes;
   for (const std::string& name : options.keep) {
     if (!find_nodes(s, name, nodes)) refuse_set("keep", "set", name, set_names(s, true));
-    for (const Index node : nodes) is_kept[static_cast<std::size_t>(node)] = 1;
+    for (const Index node : nodes) is_kept[node] = 1;
   }
   for (const std::string& name : options.needs.held) {
     if (!find_nodes(s, name, nodes)) continue;
-    for (const Index node : nodes) is_kept[static_cast<std::size_t>(node)] = 1;
+    for (const Index node : nodes) is_kept[node] = 1;
   }
   return is_kept;
 }
@@ -126,8 +126,7 @@ Matrix load_columns(const CharacteristicOptions& options, const std::vector<char
   std::vector<Index> nodes;
   for (const auto& [name, kinds] : loads_beside_statics(options, options.needs)) {
     if (!find_nodes(s, name, nodes)) continue;
-    if (std::all_of(nodes.begin(), nodes.end(),
-                    [&](Index node) { return is_kept[static_cast<std::size_t>(node)] != 0; }))
+    if (std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return is_kept[node] != 0; }))
       continue;
     for (Points& forces : load_forces(s, name, kinds)) loads.push_back(std::move(forces));
   }
@@ -135,8 +134,7 @@ Matrix load_columns(const CharacteristicOptions& options, const std::vector<char
   Matrix B(s.c(), 2 * n);
   for (Index i = 0; i < s.c(); ++i)
     for (std::size_t j = 0; j < loads.size(); ++j)
-      B(i, static_cast<Index>(j)) = loads[j](s.dof_node[static_cast<std::size_t>(i)],
-                                             s.dof_component[static_cast<std::size_t>(i)]);
+      B(i, static_cast<Index>(j)) = loads[j](s.dof_node[i], s.dof_component[i]);
   // The residual compliance answers the part of a load along these forces. It adds nothing to the
   // load's shape when that part has one, too
   const SparseMatrix along = forces_on_dofs(static_forces(options, s), s);
@@ -151,8 +149,7 @@ std::vector<std::string> sets_without_statics(const CharacteristicOptions& optio
                                               const std::vector<char>& is_kept,
                                               const Superelement& s) {
   std::vector<char> is_answered = is_kept;
-  for (const Index node : static_forces(options, s).node)
-    is_answered[static_cast<std::size_t>(node)] = 1;
+  for (const Index node : static_forces(options, s).node) is_answered[node] = 1;
   const std::map<std::string, LoadKinds> loads = loads_beside_statics(options, options.needs);
   std::vector<std::string> names;
   std::vector<Index> nodes;
@@ -160,7 +157,7 @@ std::vector<std::string> sets_without_statics(const CharacteristicOptions& optio
     const auto load = loads.find(name);
     if ((load != loads.end() && load->second.acts()) || !find_nodes(s, name, nodes)) continue;
     if (!std::all_of(nodes.begin(), nodes.end(),
-                     [&](Index node) { return is_answered[static_cast<std::size_t>(node)] != 0; }))
+                     [&](Index node) { return is_answered[node] != 0; }))
       names.push_back(name);
   }
   return names;
@@ -168,12 +165,11 @@ std::vector<std::string> sets_without_statics(const CharacteristicOptions& optio
 
 SparseMatrix forces_on_dofs(const StaticShare& forces, const Superelement& s) {
   std::multimap<Index, Index> of_node;
-  for (Index i = 0; i < forces.size(); ++i)
-    of_node.emplace(forces.node[static_cast<std::size_t>(i)], i);
+  for (Index i = 0; i < forces.size(); ++i) of_node.emplace(forces.node[i], i);
   std::vector<Eigen::Triplet<double, Index>> entries;
   for (Index dof = 0; dof < s.c(); ++dof) {
-    const auto [first, end] = of_node.equal_range(s.dof_node[static_cast<std::size_t>(dof)]);
-    const int axis = s.dof_component[static_cast<std::size_t>(dof)];
+    const auto [first, end] = of_node.equal_range(s.dof_node[dof]);
+    const int axis = s.dof_component[dof];
     for (auto entry = first; entry != end; ++entry)
       entries.emplace_back(dof, entry->second, forces.direction(entry->second, axis));
   }

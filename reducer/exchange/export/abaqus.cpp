@@ -12,10 +12,10 @@ namespace {
 void write(const Matrix& A, const Matrix& B, const std::vector<ReducedRow>& rows,
            std::ostream& out) {
   for (Index j = 0; j < A.cols(); ++j) {
-    const ReducedRow& column = rows[static_cast<std::size_t>(j)];
+    const ReducedRow& column = rows[j];
     for (Index i = j; i < A.rows(); ++i) {
       if (A(i, j) == 0 && B(i, j) == 0) continue;
-      const ReducedRow& row = rows[static_cast<std::size_t>(i)];
+      const ReducedRow& row = rows[i];
       out << row.node << ", " << std::max(row.dof, 1) << ", " << column.node << ", "
           << std::max(column.dof, 1) << ", " << format_text("%.17g", A(i, j)) << '\n';
     }

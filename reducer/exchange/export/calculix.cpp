@@ -27,10 +27,10 @@ void write_calculix_input(const ReducedMatrices& reduced, const std::string& nam
       << ", MASS FILE=" << name << calculix_M << '\n';
   // - u + T q = 0, four terms a line, whose fields have at most 20 columns
   for (Index i = 0; i < reduced.T.rows(); ++i) {
-    const ReducedRow& dof = reduced.interface[static_cast<std::size_t>(i)];
+    const ReducedRow& dof = reduced.interface[i];
     out << "*EQUATION\n" << reduced.T.cols() + 1 << '\n' << dof.node << ',' << dof.dof << ",-1";
     for (Index j = 0; j < reduced.T.cols(); ++j)
-      out << (j % 4 == 3 ? ",\n" : ",") << reduced.rows[static_cast<std::size_t>(j)].node
+      out << (j % 4 == 3 ? ",\n" : ",") << reduced.rows[j].node
           << format_text(",1,%.13g", reduced.T(i, j));
     out << '\n';
   }

@@ -35,7 +35,7 @@ void write_matrix(const char* name, const Matrix& A, const std::vector<ReducedRo
   out << "$ " << name << ": " << n_entries << " entries\n";
   out << format_text("DMIG    %-8s       0       6       2       0\n", name);
   for (Index j = 0; j < A.cols(); ++j) {
-    const ReducedRow& column = rows[static_cast<std::size_t>(j)];
+    const ReducedRow& column = rows[j];
     bool has_entry = false;
     for (Index i = j; i < A.rows(); ++i) {
       if (A(i, j) == 0) continue;
@@ -44,7 +44,7 @@ void write_matrix(const char* name, const Matrix& A, const std::vector<ReducedRo
             << '\n';
         has_entry = true;
       }
-      const ReducedRow& row = rows[static_cast<std::size_t>(i)];
+      const ReducedRow& row = rows[i];
       out << "*       " << field(row.node) << field(Index{row.dof}) << field(A(i, j)) << '\n';
     }
   }
@@ -53,12 +53,11 @@ void write_matrix(const char* name, const Matrix& A, const std::vector<ReducedRo
 // - u + T q = 0: the interface's dofs are the dependent ones.
 void write_equations(const ReducedMatrices& reduced, std::ostream& out) {
   for (Index i = 0; i < reduced.T.rows(); ++i) {
-    const ReducedRow& dof = reduced.interface[static_cast<std::size_t>(i)];
+    const ReducedRow& dof = reduced.interface[i];
     out << "MPC*    " << field(Index{1}) << field(dof.node) << field(Index{dof.dof}) << field(-1.0);
     for (Index j = 0; j < reduced.T.cols(); ++j)
       out << (j % 2 == 0 ? "\n*       " : "\n*                       ")
-          << field(reduced.rows[static_cast<std::size_t>(j)].node) << field(Index{0})
-          << field(reduced.T(i, j));
+          << field(reduced.rows[j].node) << field(Index{0}) << field(reduced.T(i, j));
     out << '\n';
   }
 }

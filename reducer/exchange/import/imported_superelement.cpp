@@ -54,7 +54,7 @@ class Importer {
 
  private:
   [[noreturn]] void fail(const std::string& what) const { throw InputError(where_ + ": " + what); }
-  const ReducedRow& row(Index i) const { return r_.rows[static_cast<std::size_t>(i)]; }
+  const ReducedRow& row(Index i) const { return r_.rows[i]; }
 
   // Exactly symmetric; a symmetric part keeps its bits.
   static Matrix part(const Matrix& A, const std::vector<Index>& dofs) {
@@ -94,9 +94,7 @@ class Importer {
   void name_points() {
     for (std::size_t i = 0; i < s_.dof_node.size(); ++i)
       if (s_.dof_component[i] > 2)
-        s_.nodesets["node_" +
-                    std::to_string(s_.node_ids[static_cast<std::size_t>(s_.dof_node[i])])] = {
-            s_.dof_node[i]};
+        s_.nodesets["node_" + std::to_string(s_.node_ids[s_.dof_node[i]])] = {s_.dof_node[i]};
   }
 
   void require_symmetric(const char* name, const Matrix& A) const {
@@ -191,7 +189,7 @@ class Importer {
     const double share =
         (force.cwiseAbs().array() / (scale.array() + 1e-300)).maxCoeff(&worst, &motion);
     if (share <= no_force) return;
-    const ReducedRow& at = row(order_.dofs[static_cast<std::size_t>(worst)]);
+    const ReducedRow& at = row(order_.dofs[worst]);
     doubts_.push_back(where_ + ": K resists rigid motion at " + row_name(at) + ", by " +
                       number_text(share) +
                       " of its row: an entry may be missing there: export it again");
@@ -225,8 +223,7 @@ Sideset outer_sides(const Mesh& mesh, const std::vector<char>& is_in, const std:
       for (int side = 1; side <= n_sides(block.type); ++side) {
         const Side one{static_cast<Index>(b), e, side};
         std::vector<Index> nodes = nodes_of_side(mesh, one);
-        if (!std::all_of(nodes.begin(), nodes.end(),
-                         [&](Index node) { return is_in[static_cast<std::size_t>(node)] != 0; }))
+        if (!std::all_of(nodes.begin(), nodes.end(), [&](Index node) { return is_in[node] != 0; }))
           continue;
         std::sort(nodes.begin(), nodes.end());
         sides[nodes].push_back(one);
@@ -253,7 +250,7 @@ std::vector<Index> places_in(const Mesh& mesh, const std::string& mesh_file,
   std::vector<Index> place(mesh.node_ids.size(), -1);
   std::vector<char> is_point(s.node_ids.size(), 0);  // which the mesh need not have
   for (std::size_t i = 0; i < s.dof_node.size(); ++i)
-    if (s.dof_component[i] > 2) is_point[static_cast<std::size_t>(s.dof_node[i])] = 1;
+    if (s.dof_component[i] > 2) is_point[s.dof_node[i]] = 1;
   for (std::size_t i = 0; i < s.node_ids.size(); ++i) {
     const std::string node = "interface node " + std::to_string(s.node_ids[i]) + " of " + where;
     const auto found = row_of_id.find(s.node_ids[i]);
@@ -268,7 +265,7 @@ std::vector<Index> places_in(const Mesh& mesh, const std::string& mesh_file,
       throw InputError(mesh_file + ": " + node + " is " + number_text(apart) +
                        " away from its place in the mesh: give --faces the mesh that it was made "
                        "from, in the same unit");
-    place[static_cast<std::size_t>(found->second)] = static_cast<Index>(i);
+    place[found->second] = static_cast<Index>(i);
   }
   return place;
 }
@@ -308,7 +305,7 @@ void add_faces(const Mesh& mesh, const std::string& mesh_file, const std::string
   with_sides.nodesets.clear();
   const auto add_surface = [&](const std::string& name, const std::vector<Index>& nodes) {
     std::vector<char> is_in(mesh.node_ids.size(), 0);
-    for (const Index node : nodes) is_in[static_cast<std::size_t>(node)] = 1;
+    for (const Index node : nodes) is_in[node] = 1;
     Sideset sides = outer_sides(mesh, is_in, name);
     if (!sides.sides.empty()) with_sides.sidesets.push_back(std::move(sides));
   };

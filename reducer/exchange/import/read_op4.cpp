@@ -226,7 +226,7 @@ class BinaryOp4 {
       in_.ignore(bytes);
     } else {
       found_.check_column(header_, column, before, [&](const std::string& what) { fail(what); });
-      words_.resize(static_cast<std::size_t>(words));
+      words_.resize(words);
       get(words_.data(), sizeof(std::int32_t) * words_.size());
       if (first == 0)
         take_strings(column);

@@ -44,7 +44,7 @@ class SymmetricEntries {
 
   // A(i, j) = A(j, i) = value, from 0. InputError at the line: an entry that has been set before.
   void set(const TextLines& lines, Index i, Index j, double value) {
-    char& is_set = is_set_[static_cast<std::size_t>(std::max(i, j) * A_.rows() + std::min(i, j))];
+    char& is_set = is_set_[std::max(i, j) * A_.rows() + std::min(i, j)];
     if (is_set)
       lines.fail(
           "the entry is in the file twice, the other triangle counts too: expected each once");
