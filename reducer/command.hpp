@@ -4,6 +4,7 @@
 // What the command line of cbr-reduce asks for, and doing it.
 #pragma once
 
+#include <filesystem>
 #include <iosfwd>
 #include <map>
 #include <optional>
@@ -67,5 +68,11 @@ void run_import(const ReduceCommand& command, Report& report);
 
 // A scene with the one component that the options describe.
 Scene scene_of_mesh(const ReduceCommand& command);
+
+// --info: what a file of ours is, in words.
+// Superelements and groups of them: provenance, dofs, lowest frequencies, faces, mass, errors.
+// Results, fields and checkpoints: times, steps, instances. InputError: missing, damaged, or a file
+// of another kind.
+void print_info(const std::filesystem::path& file, std::ostream& out);
 
 }  // namespace cbr

@@ -15,10 +15,8 @@
 #include "reducer/condensation/superelement_algebra.hpp"
 #include "reducer/distributed/distributed_reduction.hpp"
 #include "reducer/domains/domains.hpp"
-#include "reducer/domains/second_reduction.hpp"
 #include "reducer/modes/diagonal_form.hpp"
 #include "reducer/modes/interior_loads.hpp"
-#include "reducer/partition/geometry_body.hpp"
 #include "reducer/partition/interface_sets.hpp"
 #include "reducer/superelement_state.hpp"
 

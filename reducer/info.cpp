@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/info.hpp"
 
 #include <ostream>
 #include <sstream>
@@ -11,6 +10,7 @@
 #include "common/files/hdf5_file.hpp"
 #include "common/superelement/superelement_file.hpp"
 #include "common/superelement/superelement_group.hpp"
+#include "reducer/command.hpp"
 #include "reducer/judgement/summary_text.hpp"
 
 namespace cbr {

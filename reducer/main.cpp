@@ -9,7 +9,6 @@
 #include "common/linalg/huge_pages.hpp"
 #include "reducer/command.hpp"
 #include "reducer/distributed/processes.hpp"
-#include "reducer/info.hpp"
 
 int main(int argc, char** argv) {
   cbr::restart_with_better_kernels(argv);

@@ -11,8 +11,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 85024,
-    "files of product": 640,
+    "lines of product": 84887,
+    "files of product": 626,
     "lines of python/cbr": 1950,
     "lines of tests": 64453,
     "files of tests": 390,

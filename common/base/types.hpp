@@ -18,9 +18,15 @@ using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;  // column-major, as BLAS, LAPACK and ARPACK want it
 using Vector3 = Eigen::Vector3d;
 using Matrix3 = Eigen::Matrix3d;
+// Of six motions: x, y, z, and rotations about them.
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 // Compressed by columns, 64-bit indices: a million dofs overflow 32 bits in the factor.
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, Index>;
+
+// One contiguous row per coordinate, as in the files, for access to a few rows (V of a diagonal
+// form).
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // One row per point, so that a row is contiguous and a file's n x 3 dataset is this memory.
 using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;

@@ -68,4 +68,9 @@ RigidBody rigid_body(const SparseMatrix& M, const Points& points, Index n_rotati
 // inertia for rotations   (6)
 Vector rigid_scales(const RigidBody& body);
 
+// The rigid body that a mesh is as geometry, whatever its mass matrix: by the elements' quadrature
+// of rho over their volume. `properties`: one per block. Elements are not checked: for meshes that
+// can be assembled, or for information only.
+RigidBody rigid_body_of_geometry(const Mesh& mesh, const std::vector<BlockProperties>& properties);
+
 }  // namespace cbr

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "common/base/types.hpp"
-#include "common/linalg/row_matrix.hpp"
 
 namespace cbr {
 

@@ -17,6 +17,13 @@ struct ComplianceLevel {
 };
 
 // F X = sum of P^T S P X over the levels   (s x q)
-Matrix compliance_product(const std::vector<ComplianceLevel>& levels, const Matrix& X);
+inline Matrix compliance_product(const std::vector<ComplianceLevel>& levels, const Matrix& X) {
+  Matrix Y = Matrix::Zero(X.rows(), X.cols());
+  for (const ComplianceLevel& level : levels) {
+    const Matrix at_places = level.S * Matrix(level.P * X);
+    Y.noalias() += level.P.transpose() * at_places;
+  }
+  return Y;
+}
 
 }  // namespace cbr

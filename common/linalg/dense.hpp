@@ -16,7 +16,6 @@
 namespace cbr {
 
 using Matrix2 = Eigen::Matrix2d;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 // Result of solve(b): a Vector for a vector, else a Matrix.
 template <class Derived>

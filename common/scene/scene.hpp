@@ -21,9 +21,6 @@
 
 namespace cbr {
 
-// Of six motions: x, y, z, and rotations about them.
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
 // Where a value stood, for messages that are found out later (a surface that the mesh does not
 // have).
 struct SourceLine {

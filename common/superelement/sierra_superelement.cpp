@@ -10,7 +10,6 @@
 #include "common/base/error.hpp"
 #include "common/base/number_text.hpp"
 #include "common/files/netcdf_file.hpp"
-#include "common/linalg/row_matrix.hpp"
 
 namespace cbr {
 namespace {

@@ -14,7 +14,6 @@
 #include "common/base/types.hpp"
 #include "common/fem/assembly.hpp"
 #include "common/linalg/compliance_levels.hpp"
-#include "common/linalg/row_matrix.hpp"
 #include "common/mesh/surface.hpp"
 #include "common/superelement/conditioning.hpp"
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/distributed/interior_rows.hpp"
 
 #include <petscmat.h>
 
@@ -8,6 +7,7 @@
 #include <limits>
 
 #include "common/base/error.hpp"
+#include "reducer/distributed/distributed_interior.hpp"
 #include "reducer/distributed/petsc.hpp"
 #include "reducer/partition/rigid_motions.hpp"
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/domains/second_reduction.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -9,6 +8,7 @@
 
 #include "common/base/error.hpp"
 #include "reducer/condensation/condensation.hpp"
+#include "reducer/domains/domains.hpp"
 #include "reducer/modes/fixed_interface_modes.hpp"
 
 namespace cbr {

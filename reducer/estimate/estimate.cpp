@@ -9,6 +9,7 @@
 #include <set>
 
 #include "common/base/error.hpp"
+#include "common/fem/block_elements.hpp"
 #include "common/fem/connected_parts.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/sparse/sparse_cholesky.hpp"
@@ -30,8 +31,6 @@ constexpr double dofs_per_hex = 24;
 // Entries of a factor that c interface dofs add when they come last, over c^2: half for themselves,
 // the others in the interior's columns.
 constexpr double nonzeros_with_interface = 1.5;
-
-bool is_volume(const Block& block) { return dimension(block.type) == 3; }
 
 // Volume elements by their nodes (rows of the model), one after the other.
 struct Elements {
@@ -59,10 +58,8 @@ Elements volume_elements(const Mesh& mesh, const FiniteElementModel& model,
       auto& nodes = elements.nodes.emplace_back();
       for (const Index node : block.connectivity.row(e)) nodes.push_back(model.row[node]);
       if (!with_modes) continue;
-      Points X(block.connectivity.cols(), 3);
-      for (Index i = 0; i < X.rows(); ++i)
-        X.row(i) = mesh.coordinates.row(block.connectivity(e, i));
-      const double volume = element_lumped_mass(block.type, X, 1).sum();
+      const double volume =
+          element_lumped_mass(block.type, element_points(mesh, block, e), 1).sum();
       elements.modes_per_hz3.push_back(volume * weyl_density(properties[b].material));
     }
   }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <atomic>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -103,5 +104,50 @@ class Fronts {
 
 // Bytes that the fronts of one matrix take at the most, one thread working.
 double front_bytes(const SupernodeTree& tree);
+
+// --- L L^T by supernodes, front by front on all threads ---
+
+// Fills x (px[n_super] numbers, laid out as the tree's factor says) with P A P^T = L L^T. Both
+// triangles of A (n x n) are stored, where the tree's factor has entries. Returns the number of the
+// first pivot that is not positive, in the order of elimination, or n. Fronts before it are valid;
+// one begins at `boundary`. Needs at most front_bytes() a thread beside x.
+Index factor_supernodes(const SupernodeTree& tree, const SparseMatrix& A, Index boundary, double* x,
+                        const Progress& progress = {});
+
+// Factors the first n_I columns alone, which begin a supernode: L of K_II with its rows of C.
+// Condenses K and M to C front by front, with dense matrices. K_cc = K_CC - K_CI K_II^-1 K_IC and
+// M_cc = T^T M T, T = [-K_II^-1 K_IC; 1], in the tree's order   (c x c, lower triangles). M must
+// have no entry where K has none. Needs front_bytes() twice.
+// False: K_II is not positive definite, or M has such an entry.
+bool factor_and_condense(const SupernodeTree& tree, Index n_I, const SparseMatrix& K,
+                         const SparseMatrix& M, double* x, Matrix& K_cc, Matrix& M_cc,
+                         const Progress& progress = {});
+
+// Flops of it, beyond those of the factor's own columns, for a front of so many columns and rows
+// below.
+double condensing_flops(double columns, double below);
+
+// --- P A P^T = L D L^T by supernodes, D diagonal ---
+//
+// The order is the tree's; within a front, where a pivot would be small, larger ones of its
+// neighbours come first. Multifrontal (Duff, Reid 1983, doi 10.1145/356044.356047): dense products
+// throughout, subtrees in parallel. The figures and the work do not depend on the number of
+// threads.
+
+// Number of negative pivots; -1 when a pivot is below `vanishing` times |A_jj|. L is not kept.
+// Nothing when A has an entry where the tree's factor has none.
+std::optional<Index> count_negative_pivots(const SupernodeTree& tree, const ShiftedMatrix& A,
+                                           double vanishing, const Progress& progress = {});
+
+struct SignedPivots {
+  Vector signs;              // of D, in the order of elimination   (n)
+  std::vector<Index> order;  // the column of the tree that each pivot was, of the same front   (n)
+  std::vector<Index> front_end;  // after the columns of its front, for each supernode
+};
+
+// The same, and L |D|^1/2 is kept, column by column of each supernode from x[px[s]] on.
+std::optional<Index> factor_with_signs(const SupernodeTree& tree, const ShiftedMatrix& A,
+                                       double vanishing, const Index* px, double* x,
+                                       SignedPivots& pivots);
 
 }  // namespace cbr

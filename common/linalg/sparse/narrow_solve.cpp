@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/sparse/narrow_solve.hpp"
 
 #include <algorithm>
 
 #include "common/linalg/kernels/narrow_product.hpp"
+#include "common/linalg/sparse/supernodal.hpp"
 
 namespace cbr::narrow {
 namespace {

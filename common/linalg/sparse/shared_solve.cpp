@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "common/linalg/kernels/narrow_product.hpp"
-#include "common/linalg/sparse/narrow_solve.hpp"
+#include "common/linalg/sparse/supernodal.hpp"
 
 namespace cbr {
 namespace {

@@ -7,7 +7,6 @@
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/huge_pages.hpp"
 #include "common/linalg/kernels/narrow_product.hpp"
-#include "common/linalg/sparse/supernodal_ldl.hpp"
 
 namespace cbr {
 

@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
+#include "common/linalg/sparse/fronts.hpp"
 #include "common/linalg/sparse/shared_solve.hpp"
 #include "common/linalg/sparse/sparse_cholesky.hpp"
-#include "common/linalg/sparse/supernodal_ldl.hpp"
 
 namespace cbr {
 

@@ -15,9 +15,8 @@
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/huge_pages.hpp"
 #include "common/linalg/kernels/narrow_product.hpp"
+#include "common/linalg/sparse/fronts.hpp"
 #include "common/linalg/sparse/shared_solve.hpp"
-#include "common/linalg/sparse/supernodal_cholesky.hpp"
-#include "common/linalg/sparse/supernodal_ldl.hpp"
 #include "common/linalg/sparse/symbolic_factor.hpp"
 
 namespace cbr {

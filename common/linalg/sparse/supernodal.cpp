@@ -9,7 +9,6 @@
 #include "common/linalg/blas_int.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/kernels/narrow_product.hpp"
-#include "common/linalg/sparse/narrow_solve.hpp"
 
 namespace cbr {
 namespace {

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/sparse/supernodal_cholesky.hpp"
 
 #include <cblas.h>
 #include <lapacke.h>
@@ -10,6 +9,7 @@
 
 #include "common/linalg/blas_int.hpp"
 #include "common/linalg/huge_pages.hpp"
+#include "common/linalg/sparse/fronts.hpp"
 
 namespace cbr {
 namespace {

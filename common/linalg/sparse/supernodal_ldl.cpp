@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/sparse/supernodal_ldl.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -9,6 +8,8 @@
 #include <numeric>
 #include <utility>
 #include <vector>
+
+#include "common/linalg/sparse/fronts.hpp"
 
 namespace cbr {
 namespace {

@@ -11,7 +11,6 @@
 #include "common/scene/scene.hpp"
 #include "common/superelement/superelement_file.hpp"
 #include "reducer/domains/domains.hpp"
-#include "reducer/exchange/import/imported_superelement.hpp"
 #include "reducer/judgement/summary_text.hpp"
 #include "reducer/modes/diagonal_form.hpp"
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/exchange/import/imported_superelement.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include "common/base/error.hpp"
 #include "common/base/number_text.hpp"
 #include "common/linalg/dense.hpp"
+#include "reducer/exchange/import/import.hpp"
 #include "reducer/partition/interface_sets.hpp"
 
 namespace cbr {
@@ -140,7 +140,7 @@ class Importer {
       const Matrix R = reduced_rigid_modes(s_, body.center).bottomRows(s_.c());
       if (!about_center) require_rigid(R);
       // R_c^T M_cc R_c   (6 x 6)
-      const Eigen::Matrix<double, 6, 6> r = R.transpose() * (s_.M_cc * R);
+      const Matrix6 r = R.transpose() * (s_.M_cc * R);
       body.mass = r.diagonal().head<3>().mean();
       if (!(body.mass > 0))
         fail("the mass of its rigid translations is " + number_text(body.mass) +

@@ -10,6 +10,7 @@
 #include <map>
 #include <sstream>
 
+#include "common/fem/assembly.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/scene/component_mass.hpp"
 #include "common/scene/staleness.hpp"
@@ -17,7 +18,6 @@
 #include "reducer/bases/reduce.hpp"
 #include "reducer/command.hpp"
 #include "reducer/domains/domains.hpp"
-#include "reducer/partition/geometry_body.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
 namespace cbr::test::default_mass_test {

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/domains/second_reduction.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,6 @@
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "reducer/domains/domains.hpp"
-#include "reducer/domains/second_reduction.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test::thin_sheet_test {

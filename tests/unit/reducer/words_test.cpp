@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "common/base/error.hpp"
+#include "common/fem/assembly.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "common/scene/left_out_blocks.hpp"
 #include "common/scene/staleness.hpp"
@@ -18,9 +19,7 @@
 #include "reducer/bases/reduce.hpp"
 #include "reducer/command.hpp"
 #include "reducer/estimate/estimate.hpp"
-#include "reducer/info.hpp"
 #include "reducer/judgement/summary_text.hpp"
-#include "reducer/partition/geometry_body.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 

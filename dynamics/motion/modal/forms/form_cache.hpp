@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "common/base/types.hpp"
-#include "common/linalg/row_matrix.hpp"
 #include "common/superelement/superelement.hpp"
 #include "dynamics/contact/nodes/thin_response.hpp"
 #include "dynamics/motion/modal/forms/modal_propagator.hpp"

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/sparse/cut_supernodes.hpp"
 
 #include <gtest/gtest.h>
+
+#include "common/linalg/sparse/symbolic_factor.hpp"
 
 namespace cbr::test::cut_supernodes_test {
 namespace {
