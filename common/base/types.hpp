@@ -2,14 +2,17 @@
 // Front door of common/base: types, errors, text of numbers, threads, memory: what everything else
 // stands on.
 //
-// The array types that every other header speaks in. Storage order is settled here and nowhere
-// else.
+// The array types that every other header speaks in, and lists of indices. Storage order is settled
+// here and nowhere else.
 #pragma once
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
+#include <algorithm>
 #include <cstdint>
+#include <numeric>
+#include <vector>
 
 namespace cbr {
 
@@ -32,5 +35,27 @@ using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 // One row per element or face: node indices from 0.
 using IndexTable = Eigen::Matrix<Index, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// 0, 1, ... n - 1.
+inline std::vector<Index> first_numbers(Index n) {
+  std::vector<Index> list(n);
+  std::iota(list.begin(), list.end(), Index{0});
+  return list;
+}
+
+// These by `before`; equal ones ascend.
+template <class Before>
+std::vector<Index> order_by(Index n, const Before& before) {
+  std::vector<Index> order = first_numbers(n);
+  std::stable_sort(order.begin(), order.end(), before);
+  return order;
+}
+
+// Sorted, each entry once.
+template <class List>
+void sort_uniquely(List& list) {
+  std::sort(list.begin(), list.end());
+  list.erase(std::unique(list.begin(), list.end()), list.end());
+}
 
 }  // namespace cbr

@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <sstream>
 #include <unordered_map>
 #include <utility>
@@ -61,8 +60,7 @@ std::uint64_t key_of(const Vector3& cell) {
 }  // namespace
 
 std::vector<Index> connected_parts(const Mesh& mesh, const FiniteElementModel& model) {
-  std::vector<Index> parent(model.nodes.size());
-  std::iota(parent.begin(), parent.end(), Index{0});
+  std::vector<Index> parent = first_numbers(model.nodes.size());
   for (const auto& element_block : mesh.blocks) {
     if (!is_structure(element_block)) continue;
     for (Index e = 0; e < element_block.connectivity.rows(); ++e) {

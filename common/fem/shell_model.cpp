@@ -81,8 +81,7 @@ Face read_face(const IndexTable& faces, Index f, const Points& points,
 
 std::vector<Index> used_nodes(const IndexTable& faces, const Points& points) {
   std::vector<Index> nodes(faces.data(), faces.data() + faces.size());
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  sort_uniquely(nodes);
   if (!nodes.empty() && (nodes.front() < 0 || nodes.back() >= points.rows()))
     throw InputError("shells: a face names row " +
                      std::to_string(nodes.front() < 0 ? nodes.front() : nodes.back()) + " of " +

@@ -227,4 +227,14 @@ SymmetricEigen2 symmetric_eigen2(const Matrix2& A) {
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
+Vector random_signs(Index n) {
+  Vector z(n);
+  std::uint64_t state = 1;
+  for (double& entry : z) {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    entry = (state >> 63) != 0 ? 1.0 : -1.0;
+  }
+  return z;
+}
+
 }  // namespace cbr

@@ -178,4 +178,7 @@ struct RightSingular {
 };
 RightSingular right_singular(const Matrix& A);
 
+// n entries, each 1 or -1, the same in every run.
+Vector random_signs(Index n);
+
 }  // namespace cbr

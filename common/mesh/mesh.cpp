@@ -151,8 +151,7 @@ std::vector<Index> set_nodes(const Mesh& mesh, const std::string& name) {
   } else {
     nodes = mesh.nodesets[n].nodes;
   }
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  sort_uniquely(nodes);
   return nodes;
 }
 

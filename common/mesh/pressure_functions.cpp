@@ -99,8 +99,7 @@ Patch patch_of(const std::vector<Surface>& surfaces, const std::vector<FaceName>
     patch.nodes.insert(patch.nodes.end(), of.begin(), of.end());
     patch.surfaces.push_back(std::move(part));
   }
-  std::sort(patch.nodes.begin(), patch.nodes.end());
-  patch.nodes.erase(std::unique(patch.nodes.begin(), patch.nodes.end()), patch.nodes.end());
+  sort_uniquely(patch.nodes);
   patch.area = patch.M.sum();
   return patch;
 }
@@ -199,8 +198,7 @@ class Builder {
 
   PressureFunctions finish() {
     PressureFunctions functions;
-    std::sort(nodes_.begin(), nodes_.end());
-    nodes_.erase(std::unique(nodes_.begin(), nodes_.end()), nodes_.end());
+    sort_uniquely(nodes_);
     functions.N = compressed(N_);
     functions.Psi = compressed(Psi_);
     functions.normals.resize(static_cast<Index>(normals_.size()), 3);

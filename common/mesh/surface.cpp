@@ -70,8 +70,7 @@ Surface extract_surface(const Mesh& mesh, const Sideset& sideset) {
 
 std::vector<Index> surface_nodes(const Surface& surface) {
   std::vector<Index> nodes(surface.faces.data(), surface.faces.data() + surface.faces.size());
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  sort_uniquely(nodes);
   return nodes;
 }
 

@@ -81,8 +81,7 @@ std::string component_text(const Scene& scene, const Component& component) {
 
 // Each name once, in any order.
 std::vector<std::string> as_set(std::vector<std::string> names) {
-  std::sort(names.begin(), names.end());
-  names.erase(std::unique(names.begin(), names.end()), names.end());
+  sort_uniquely(names);
   return names;
 }
 

@@ -373,12 +373,7 @@ class Checker {
   // row or column of V, M or K cannot hide from it except by chance. Allowed besides is the
   // round-off of the sums, which counts when V is large against I.
   void probe_diagonal() const {
-    Vector x(s_.n());
-    std::uint64_t state = 1;
-    for (double& entry : x) {
-      state = state * 6364136223846793005u + 1442695040888963407u;
-      entry = (state >> 63) != 0 ? 1.0 : -1.0;
-    }
+    const Vector x = random_signs(s_.n());
     const Vector y = s_.V * x, size = s_.V.cwiseAbs().rowwise().sum();  // V x, |V| |x|   (n)
     const Vector lambda = s_.omega.cwiseAbs2();
     const Vector wrong_M = s_.V.transpose() * times_mass<false>(y) - x;

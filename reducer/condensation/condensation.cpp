@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
-#include <numeric>
 
 #include "common/app/report.hpp"
 #include "common/base/error.hpp"
@@ -71,21 +70,6 @@ class Condenser {
 
   std::vector<Index> order() const {
     return {tree_.factor().order, tree_.factor().order + p_.n_interior()};
-  }
-
-  static std::vector<Index> first_numbers(Index n) {
-    std::vector<Index> numbers(n);
-    std::iota(numbers.begin(), numbers.end(), Index{0});
-    return numbers;
-  }
-
-  static std::vector<Index> rows_of(const SparseMatrix& A, Index first, Index count) {
-    const Index *begin = A.innerIndexPtr() + A.outerIndexPtr()[first],
-                *end = A.innerIndexPtr() + A.outerIndexPtr()[first + count];
-    std::vector<Index> rows(begin, end);
-    std::sort(rows.begin(), rows.end());
-    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
-    return rows;
   }
 
   void choose() {

@@ -2,7 +2,6 @@
 #include "reducer/condensation/panel_product.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "common/base/parallel.hpp"
@@ -88,16 +87,21 @@ SparseMatrix reordered(const SparseMatrix& A, const std::vector<Index>& place,
   return B;
 }
 
+std::vector<Index> rows_of(const SparseMatrix& A, Index first, Index count) {
+  const Index* indices = A.innerIndexPtr();
+  std::vector<Index> rows(indices + A.outerIndexPtr()[first],
+                          indices + A.outerIndexPtr()[first + count]);
+  sort_uniquely(rows);
+  return rows;
+}
+
 std::vector<Index> by_first_row(const SparseMatrix& K_IC, const std::vector<Index>& place) {
-  std::vector<Index> first(K_IC.cols(), K_IC.rows()), order(first.size());
+  std::vector<Index> first(K_IC.cols(), K_IC.rows());
   for (Index j = 0; j < K_IC.cols(); ++j) {
     for (SparseMatrix::InnerIterator it(K_IC, j); it; ++it)
       first[j] = std::min(first[j], place[it.row()]);
   }
-  std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](Index a, Index b) { return first[a] < first[b]; });
-  return order;
+  return order_by(first.size(), [&](Index a, Index b) { return first[a] < first[b]; });
 }
 
 void restore_order(const std::vector<Index>& order, Matrix& B) {

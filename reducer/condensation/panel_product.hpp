@@ -36,6 +36,9 @@ std::vector<Index> inverse(const std::vector<Index>& order);
 SparseMatrix reordered(const SparseMatrix& A, const std::vector<Index>& place,
                        const std::vector<Index>& order);
 
+// Rows in which `count` columns of A from the first on have entries, ascending.
+std::vector<Index> rows_of(const SparseMatrix& A, Index first, Index count);
+
 // Columns of K_IC by the first of their rows to be eliminated: neighbours in this order reach much
 // the same supernodes.
 std::vector<Index> by_first_row(const SparseMatrix& K_IC, const std::vector<Index>& place);

@@ -14,15 +14,6 @@
 namespace cbr {
 namespace {
 
-std::vector<Index> rows_of(const SparseMatrix& A, Index first, Index count) {
-  const Index* indices = A.innerIndexPtr();
-  std::vector<Index> rows(indices + A.outerIndexPtr()[first],
-                          indices + A.outerIndexPtr()[first + count]);
-  std::sort(rows.begin(), rows.end());
-  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
-  return rows;
-}
-
 struct Panel {
   Index first, count;  // columns of B
   SupernodeSet reached;

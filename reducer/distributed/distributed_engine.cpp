@@ -61,10 +61,7 @@ void divide(Reduction& r) {
   r.x = r.mesh.coordinates(r.model.nodes, Eigen::all);
   r.p.interface_nodes = interface_nodes(r.mesh, r.model, r.options.interface_sets);
   const auto n = static_cast<Index>(r.model.nodes.size());
-  std::vector<bool> kept(n, false);
-  for (const Index i : r.p.interface_nodes) kept[i] = true;
-  for (Index i = 0; i < n; ++i)
-    if (!kept[i]) r.p.interior_nodes.push_back(i);
+  r.p.interior_nodes = other_nodes(r.model, r.p.interface_nodes);
   r.p.interior_rows = dofs_of(r.p.interior_nodes);
   r.p.interface_rows = dofs_of(r.p.interface_nodes);
   const auto n_I = 3 * static_cast<Index>(r.p.interior_nodes.size()),

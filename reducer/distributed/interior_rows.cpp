@@ -27,7 +27,7 @@ struct GraphRows {
       if (dimension(block.type) != 3) continue;
       for (Index e = 0; e < block.connectivity.rows(); ++e) add_element(block, e, node, begin, end);
     }
-    for (auto& row : rows) settle(row);
+    for (auto& row : rows) sort_uniquely(row);
   }
 
  private:
@@ -38,13 +38,8 @@ struct GraphRows {
       if (i < begin || i >= end) continue;
       for (const Index b : block.connectivity.row(e))
         if (node[b] >= 0 && b != a) rows[i - begin].push_back(static_cast<PetscInt>(node[b]));
-      if (rows[i - begin].size() > 512) settle(rows[i - begin]);
+      if (rows[i - begin].size() > 512) sort_uniquely(rows[i - begin]);
     }
-  }
-
-  static void settle(std::vector<PetscInt>& row) {
-    std::sort(row.begin(), row.end());
-    row.erase(std::unique(row.begin(), row.end()), row.end());
   }
 };
 

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <set>
 #include <utility>
 
@@ -111,8 +110,7 @@ Partition partition_of(const SuperelementGroup& group, const JoinedPlaces& place
 // Numbers of the connected parts that the joined nodes belong to: those that a domain's stiffness
 // connects.
 std::vector<Index> parts_of(const SuperelementGroup& group, const JoinedNodes& joined) {
-  std::vector<Index> part(joined.node_ids.size());
-  std::iota(part.begin(), part.end(), Index{0});
+  std::vector<Index> part = first_numbers(joined.node_ids.size());
   const auto root = [&](Index i) {
     while (part[i] != i) i = part[i] = part[part[i]];
     return i;

@@ -209,10 +209,8 @@ DomainEstimate second_estimate(const Elements& elements,
   again.modes = options.second_modes;
   again.cutoff_hz = options.second_cutoff_hz;
   again.tolerance.reset();
-  std::vector<Index> all(elements.nodes.size());
-  std::iota(all.begin(), all.end(), Index{0});
-  second.n_modes = second.n_candidates =
-      modes_of_domain(elements, all, again, second.n_interior_dofs);
+  second.n_modes = second.n_candidates = modes_of_domain(
+      elements, first_numbers(elements.nodes.size()), again, second.n_interior_dofs);
   const FactorCost factor = joined_factor_cost(interior_by_domains);
   second.factor_nonzeros = factor.n_nonzeros + e.total(&DomainEstimate::k);
   second.factor_flops = factor.flops;
@@ -282,10 +280,7 @@ void check_options(const Mesh& mesh, const FiniteElementModel& model,
                    const std::vector<Index>& interface, const ReductionOptions& options) {
   Partition p;
   p.interface_nodes = interface;
-  std::vector<Index> all(model.nodes.size());
-  std::iota(all.begin(), all.end(), Index{0});
-  std::set_difference(all.begin(), all.end(), interface.begin(), interface.end(),
-                      std::back_inserter(p.interior_nodes));
+  p.interior_nodes = other_nodes(model, interface);
   check_interface_holds(mesh, model, p, connected_parts(mesh, model));
   const auto n_interior = 3 * static_cast<Index>(p.interior_nodes.size());
   if (options.modes && *options.modes > n_interior && !options.is_decomposed()) {
@@ -381,12 +376,10 @@ Estimate estimate(const Mesh& mesh, const std::vector<BlockProperties>& properti
   for (std::size_t e = 0; e < domain.size(); ++e) lists[domain[e]].push_back(static_cast<Index>(e));
   for (const auto& list : lists)
     result.domains.push_back(domain_estimate(elements, list, kept, options));
-  std::vector<Index> every(model.nodes.size()), all_elements(elements.nodes.size());
-  std::iota(every.begin(), every.end(), Index{0});
-  std::iota(all_elements.begin(), all_elements.end(), Index{0});
   result.mesh_nonzeros =
       lists.size() == 1 ? result.domains[0].mesh_nonzeros
-                        : nonzeros_of(node_graph(elements, all_elements, every, result.n_nodes));
+                        : nonzeros_of(node_graph(elements, first_numbers(elements.nodes.size()),
+                                                 first_numbers(result.n_nodes), result.n_nodes));
   const FactorCost joined_factor = joined_factor_cost(joined);
   result.joined_factor_nonzeros = joined_factor.n_nonzeros;
   if (options.has_second_reduction()) {

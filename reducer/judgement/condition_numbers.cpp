@@ -20,16 +20,6 @@ namespace {
 // Holds a motion without stiffness so far that a factor exists.
 constexpr double no_singularity = 1e-14;
 
-Vector random_signs(Index n) {
-  Vector z(n);
-  std::uint64_t state = 1;
-  for (double& entry : z) {
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    entry = (state >> 63) != 0 ? 1.0 : -1.0;
-  }
-  return z;
-}
-
 double column_norm(const SparseMatrix& A, const Vector& D) {
   double largest = 0;
   for (Index j = 0; j < A.cols(); ++j) {

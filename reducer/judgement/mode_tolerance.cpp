@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <string>
 #include <utility>
 
@@ -185,8 +184,7 @@ class Picker {
         part.col(i).array() *= sigma(i) / (missing.lambda.array() - sigma(i));
       Index poorest = 0, first = 0;
       const double whole = part.colwise().sum().maxCoeff(&poorest);
-      std::vector<Index> order(others.size());
-      std::iota(order.begin(), order.end(), Index{0});
+      std::vector<Index> order = first_numbers(others.size());
       std::sort(order.begin(), order.end(),
                 [&](Index i, Index j) { return part(i, poorest) > part(j, poorest); });
       double excess = std::min(1 - aim * tolerance_ / most, 0.5) * whole;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -133,10 +132,7 @@ FixedInterfaceModes merged(FixedInterfaceModes&& a, const Eigenpairs& b) {
   const Index n_a = a.lambda.size(), n = n_a + b.lambda.size();
   Vector lambda(n);
   lambda << a.lambda, b.lambda;
-  std::vector<Index> order(n);
-  std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](Index i, Index j) { return lambda(i) < lambda(j); });
+  std::vector<Index> order = order_by(n, [&](Index i, Index j) { return lambda(i) < lambda(j); });
   a.Phi.conservativeResize(Eigen::NoChange, n);
   a.Phi.rightCols(b.lambda.size()) = b.Phi;
   a.lambda = lambda(order);
@@ -236,10 +232,8 @@ Index n_mode_candidates(Pick pick, Index wanted, Index n_interior) {
 
 std::vector<Index> modes_by_participation(const Matrix& M_kc, Index count) {
   const Vector participation = M_kc.rowwise().squaredNorm();
-  std::vector<Index> order(M_kc.rows());
-  std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](Index a, Index b) { return participation(a) > participation(b); });
+  std::vector<Index> order =
+      order_by(M_kc.rows(), [&](Index a, Index b) { return participation(a) > participation(b); });
   order.resize(std::min<Index>(count, M_kc.rows()));
   std::sort(order.begin(), order.end());
   return order;

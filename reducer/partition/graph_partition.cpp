@@ -112,8 +112,7 @@ Graph face_graph(const Mesh& mesh) {
   Graph graph;
   for (Index e = 0; e < elements.size(); ++e) {
     auto& of = neighbours[e];
-    std::sort(of.begin(), of.end());
-    of.erase(std::unique(of.begin(), of.end()), of.end());
+    sort_uniquely(of);
     graph.neighbours.insert(graph.neighbours.end(), of.begin(), of.end());
     graph.first.push_back(static_cast<Index>(graph.neighbours.size()));
     graph.weight.push_back(static_cast<Index>(elements.of(e).size()));

@@ -181,14 +181,18 @@ std::vector<Index> nodes_of_sets(const Mesh& mesh, const FiniteElementModel& mod
   return interface_nodes(mesh, model, reduction.interface_sets);
 }
 
+std::vector<Index> other_nodes(const FiniteElementModel& model, const std::vector<Index>& nodes) {
+  const std::vector<Index> all = first_numbers(model.nodes.size());
+  std::vector<Index> others;
+  std::set_difference(all.begin(), all.end(), nodes.begin(), nodes.end(),
+                      std::back_inserter(others));
+  return others;
+}
+
 void partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes,
                Partition& p) {
   p.interface_nodes = interface_nodes;
-  p.interior_nodes.clear();
-  std::vector<Index> all(model.nodes.size());
-  std::iota(all.begin(), all.end(), Index{0});
-  std::set_difference(all.begin(), all.end(), interface_nodes.begin(), interface_nodes.end(),
-                      std::back_inserter(p.interior_nodes));
+  p.interior_nodes = other_nodes(model, interface_nodes);
   const auto rotations_of = [&](const std::vector<Index>& nodes) {
     return nodes.end() - std::lower_bound(nodes.begin(), nodes.end(), model.n_translations());
   };

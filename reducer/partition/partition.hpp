@@ -66,6 +66,9 @@ std::vector<Index> interface_nodes(const Mesh& mesh, const FiniteElementModel& m
 std::vector<Index> nodes_of_sets(const Mesh& mesh, const FiniteElementModel& model,
                                  const ReductionOptions& reduction);
 
+// Nodes of the model that are not among these, which ascend.
+std::vector<Index> other_nodes(const FiniteElementModel& model, const std::vector<Index>& nodes);
+
 Partition partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes);
 // The same into one that exists, as Eigen 3.4 would copy its matrices.
 void partition(const FiniteElementModel& model, const std::vector<Index>& interface_nodes,

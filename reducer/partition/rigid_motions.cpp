@@ -144,8 +144,7 @@ SparseMatrix orthonormal(const SparseMatrix& R_C, Index m) {
     std::vector<Index> rows;
     for (Index j = first; j < first + m; ++j)
       for (SparseMatrix::InnerIterator it(R_C, j); it; ++it) rows.push_back(it.row());
-    std::sort(rows.begin(), rows.end());
-    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+    sort_uniquely(rows);
     const Matrix R = Matrix(R_C.middleCols(first, m))(rows, Eigen::all);
     const Matrix N = orthonormal_basis(R);
     for (std::size_t i = 0; i < rows.size(); ++i)

@@ -81,8 +81,7 @@ std::vector<RigidPoint> rigid_points(const Mesh& mesh, const Component& componen
   std::vector<RigidPoint> points;
   if (!component.reduction || component.reduction->interface_points.empty()) return points;
   std::vector<std::string> names = component.reduction->interface_points;
-  std::sort(names.begin(), names.end());
-  names.erase(std::unique(names.begin(), names.end()), names.end());
+  sort_uniquely(names);
   Checker checker(mesh, component);
   for (const std::string& name : names) {
     const Component::Point& of = component.points.at(name);

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -100,8 +99,7 @@ class BlockLanczos {
 
   // Of pairs that are nearest on both sides, ascending in lambda.
   void put_in_order() {
-    std::vector<Index> order(goal_);
-    std::iota(order.begin(), order.end(), Index{0});
+    std::vector<Index> order = first_numbers(goal_);
     std::sort(order.begin(), order.end(),
               [&](Index i, Index j) { return 1 / theta_(i) < 1 / theta_(j); });
     theta_ = Vector(theta_(order));
@@ -270,8 +268,7 @@ class BlockLanczos {
     const auto H = H_.topLeftCorner(size_, size_);
     const Eigenpairs pairs = dense_eigenpairs(0.5 * (H + H.transpose()), size_);
     assert(pairs.converged);
-    std::vector<Index> order(size_);
-    std::iota(order.begin(), order.end(), Index{0});
+    std::vector<Index> order = first_numbers(size_);
     std::sort(order.begin(), order.end(), [&](Index i, Index j) {
       return std::abs(pairs.lambda(i)) > std::abs(pairs.lambda(j));
     });

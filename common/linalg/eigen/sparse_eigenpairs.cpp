@@ -7,7 +7,6 @@
 #include <cmath>
 #include <functional>
 #include <mutex>
-#include <numeric>
 #include <vector>
 
 #include "common/base/error.hpp"
@@ -30,17 +29,16 @@ constexpr double least_tolerance = 1e-13;
 // From here on blocks win (docs/decisions/eigen-crossover.md).
 constexpr Index least_for_blocks = 10;
 
-// Operators of ARPACK's reverse communication, as two functions of n-vectors.
+// Operators of ARPACK's reverse communication, as two functions of n-vectors. Its mode 3:
+// (K - sigma M)^-1 M x.
 struct Operator {
   Index n = 0;
-  a_int mode = 1;  // 1: A x; 3: (K - sigma M)^-1 M x
-  const char* bmat = "I";
-  const char* which = "LA";
   double sigma = 0;
-  // y = (K - sigma M)^-1 x, or y = A x in mode 1
-  std::function<void(const double* x, double* y)> solve;
-  std::function<void(const double* x, double* y)> multiply;  // y = M x; mode 3 only
+  std::function<void(const double* x, double* y)> solve;     // y = (K - sigma M)^-1 x
+  std::function<void(const double* x, double* y)> multiply;  // y = M x
 };
+constexpr a_int shift_invert = 3;
+constexpr const char *generalised = "G", *nearest = "LM";
 
 struct Ritz {
   Vector value;
@@ -54,17 +52,6 @@ std::mutex& arpack_lock() {
   return lock;
 }
 
-// Not symmetric in any way, so that no eigenvector is orthogonal to it by the mesh's symmetry.
-Vector starting_vector(Index n) {
-  Vector x(n);
-  std::uint64_t state = 0x9E3779B97F4A7C15u;
-  for (double& entry : x) {
-    state = state * 6364136223846793005u + 1442695040888963407u;
-    entry = static_cast<double>(state >> 11) * 0x1p-53 - 0.5;
-  }
-  return x;
-}
-
 class Arpack {
  public:
   Arpack(const Operator& op, Index k, Index ncv, double tolerance)
@@ -73,7 +60,7 @@ class Arpack {
         k_(static_cast<a_int>(k)),
         ncv_(static_cast<a_int>(ncv)),
         tolerance_(tolerance),
-        residual_(starting_vector(op.n)),
+        residual_(starting_block(op.n, 1)),
         V_(op.n, ncv),
         workd_(3 * op.n),
         workl_(ncv * (ncv + 8)),
@@ -81,15 +68,15 @@ class Arpack {
     iparam_[0] = 1;  // exact shifts
     iparam_[2] = static_cast<a_int>(max_restarts);
     iparam_[3] = 1;
-    iparam_[6] = op.mode;
+    iparam_[6] = shift_invert;
   }
 
   Ritz run() {
     a_int ido = 0, info = 1;
     const auto lworkl = static_cast<a_int>(workl_.size());
     while (true) {
-      dsaupd_c(&ido, op_.bmat, n_, op_.which, k_, tolerance_, residual_.data(), ncv_, V_.data(), n_,
-               iparam_.data(), ipntr_.data(), workd_.data(), workl_.data(), lworkl, &info);
+      dsaupd_c(&ido, generalised, n_, nearest, k_, tolerance_, residual_.data(), ncv_, V_.data(),
+               n_, iparam_.data(), ipntr_.data(), workd_.data(), workl_.data(), lworkl, &info);
       if (ido == 99) break;
       answer(ido);
     }
@@ -106,8 +93,6 @@ class Arpack {
     double* y = workd_.data() + ipntr_[1] - 1;
     if (ido == 2) {
       op_.multiply(x, y);
-    } else if (op_.mode == 1) {
-      op_.solve(x, y);
     } else if (ido == 1) {
       op_.solve(workd_.data() + ipntr_[2] - 1, y);
     } else {
@@ -125,8 +110,8 @@ class Arpack {
     ritz.value.resize(k_);
     a_int info = 0;
     // The vectors take the place of the first columns of V.
-    dseupd_c(1, "A", select.data(), ritz.value.data(), V_.data(), n_, op_.sigma, op_.bmat, n_,
-             op_.which, k_, tolerance_, residual_.data(), ncv_, V_.data(), n_, iparam_.data(),
+    dseupd_c(1, "A", select.data(), ritz.value.data(), V_.data(), n_, op_.sigma, generalised, n_,
+             nearest, k_, tolerance_, residual_.data(), ncv_, V_.data(), n_, iparam_.data(),
              ipntr_.data(), workd_.data(), workl_.data(), static_cast<a_int>(workl_.size()), &info);
     if (info != 0)
       throw RunError("eigensolver ARPACK dseupd failed with code " + std::to_string(info));
@@ -147,8 +132,7 @@ class Arpack {
 };
 
 Eigenpairs ascending(Ritz&& ritz) {
-  std::vector<Index> order(ritz.value.size());
-  std::iota(order.begin(), order.end(), Index{0});
+  std::vector<Index> order = first_numbers(ritz.value.size());
   std::sort(order.begin(), order.end(),
             [&](Index a, Index b) { return ritz.value(a) < ritz.value(b); });
   Eigenpairs pairs;
@@ -205,10 +189,8 @@ void sharpen(const SparseMatrix& K, const SparseMatrix& M, Eigenpairs& pairs) {
   }
   // Equal frequencies may change places by round-off.
   if (std::is_sorted(pairs.lambda.begin(), pairs.lambda.end())) return;
-  std::vector<Index> order(pairs.lambda.size());
-  std::iota(order.begin(), order.end(), Index(0));
-  std::stable_sort(order.begin(), order.end(),
-                   [&](Index a, Index b) { return pairs.lambda(a) < pairs.lambda(b); });
+  std::vector<Index> order = order_by(
+      pairs.lambda.size(), [&](Index a, Index b) { return pairs.lambda(a) < pairs.lambda(b); });
   pairs.lambda = Vector(pairs.lambda(order));
   pairs.Phi = Matrix(pairs.Phi(Eigen::all, order));
 }
@@ -292,9 +274,6 @@ Eigenpairs sparse_eigenpairs(const SparseMatrix& K, const SparseMatrix& M,
 
   Operator op;
   op.n = n;
-  op.mode = 3;
-  op.bmat = "G";
-  op.which = "LM";
   op.sigma = sigma;
   op.solve = [&](const double* x, double* y) { factor.solve(x, y); };
   op.multiply = [&](const double* x, double* y) {

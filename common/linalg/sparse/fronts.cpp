@@ -2,7 +2,6 @@
 #include "common/linalg/sparse/fronts.hpp"
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "common/base/parallel.hpp"
@@ -132,8 +131,7 @@ void Fronts::plan() {
   if (covered == n_fronts()) return;
   // Not in postorder after all: one after another, as children always come before their parents.
   subtrees_.clear();
-  top_.resize(fronts_.size());
-  std::iota(top_.begin(), top_.end(), Index{0});
+  top_ = first_numbers(fronts_.size());
 }
 
 // The frontal matrices, their pivots eliminated; their Schur complements wait for the parent.

@@ -5,7 +5,6 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -170,8 +169,7 @@ class Eliminator final : public Fronts {
     for (Index i = 0; i < A.rows() && is_easy; ++i) is_easy = ratio(i) > easy_pivot;
     if (is_easy) return true;
     A = before;
-    order.resize(A.rows());
-    std::iota(order.begin(), order.end(), Index{0});
+    order = first_numbers(A.rows());
     if (!eliminate_by_size(A, limit, scale, order)) return false;
     if (kept_ != nullptr)
       for (std::size_t i = 0; i < order.size(); ++i)
@@ -228,8 +226,7 @@ std::optional<Index> factor_with_signs(const SupernodeTree& tree, const ShiftedM
   const SupernodalFactor& f = tree.factor();
   assert(A.K.rows() == f.n);
   pivots.signs.resize(f.n);
-  pivots.order.resize(f.n);
-  std::iota(pivots.order.begin(), pivots.order.end(), Index{0});
+  pivots.order = first_numbers(f.n);
   pivots.front_end.resize(f.n_super);
   const Kept kept{px, x, pivots};
   return Eliminator(tree, A, vanishing, &kept, {}).count();

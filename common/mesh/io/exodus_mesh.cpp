@@ -181,8 +181,7 @@ void read_nodesets(const NetcdfReader& file, Mesh& mesh) {
                          " found, allowed are 1 to " + std::to_string(mesh.coordinates.rows()));
       --node;
     }
-    std::sort(set.nodes.begin(), set.nodes.end());
-    set.nodes.erase(std::unique(set.nodes.begin(), set.nodes.end()), set.nodes.end());
+    sort_uniquely(set.nodes);
     mesh.nodesets.push_back(std::move(set));
   }
 }

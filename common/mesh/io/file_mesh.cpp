@@ -160,8 +160,7 @@ void add_nodeset(Mesh& mesh, const std::string& name, std::vector<Index> nodes, 
   }
   auto& all = mesh.nodesets[n].nodes;
   all.insert(all.end(), nodes.begin(), nodes.end());
-  std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
+  sort_uniquely(all);
 }
 
 }  // namespace cbr

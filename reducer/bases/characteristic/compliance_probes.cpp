@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #include "common/linalg/eigen/eigenpairs.hpp"
@@ -157,8 +156,7 @@ ComplianceProbes::ComplianceProbes(const Points& x, const Points& direction, dou
     if (places >= most) break;
     add_loads(level_of(places, spacing, near_places * spacing));
   }
-  order_.resize(s);
-  std::iota(order_.begin(), order_.end(), Index{0});
+  order_ = first_numbers(s);
   add_loads(level_of(s, spacing, near_places * spacing));
 }
 
