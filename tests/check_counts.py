@@ -11,7 +11,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 84830,
+    "lines of product": 84821,
     "files of product": 626,
     "lines of python/cbr": 1950,
     "lines of tests": 64453,

@@ -19,12 +19,7 @@ Condensation condense(Reduction& r, const Matrix& Phi) {
   Condensation condensed = r.engine->condense(r, Phi);
   r.p.rigid.G = std::move(condensed.G);
   ReductionFigures& figures = r.figures;
-  figures.solve_flops = condensed.solve_flops;
-  figures.product_flops = condensed.product_flops;
-  figures.front_flops = condensed.front_flops;
-  figures.way = condensed.way;
-  figures.panel = condensed.panel;
-  figures.rigid = condensed.rigid;
+  static_cast<CondensationFigures&>(figures) = condensed;
   r.inside->in_first([&] {
     if (r.p.rigid.count() > 0)
       judge_rigid(figures.rigid, figures.condition.K_II.scaled, figures.condition.weakest,

@@ -37,19 +37,15 @@ struct ReduceSettings {
 };
 
 // For the summary, beyond the superelement itself.
-struct ReductionFigures {
+struct ReductionFigures : CondensationFigures {
   Index n_dofs = 0, n_interior = 0;
   double mesh_nonzeros = 0;      // of K, both triangles; 0: several processes
   Index n_candidates = 0;        // modes computed; more than k with pick: participation
   double highest_frequency = 0;  // Hz, of the kept fixed-interface modes; 0 without any
   std::string mode_method;
   bool modes_proven = false;
-  double factor_nonzeros = 0, factor_flops = 0, solve_flops = 0, product_flops = 0;
-  double front_flops = 0;  // of a condensation that came with the factorisation
-  CondensationWay way = CondensationWay::product;
-  Index panel = 0;
+  double factor_nonzeros = 0, factor_flops = 0;
   Conditioning condition;
-  RigidFigures rigid;
   // of lumped mass: relative shift of the lowest frequencies by consistent mass, to first order; of
   // free elastic modes or of fixed-interface modes
   Vector mass_shift;

@@ -38,14 +38,18 @@ struct CondensationOptions {
 // For CondensationOptions::one_Psi. condition: of K_II, scaled by its diagonal.
 inline bool needs_one_Psi(double condition) { return condition > 1e9; }
 
-struct Condensation {
+struct CondensationFigures {
+  CondensationWay way = CondensationWay::product;
+  Index panel = 0;
+  double solve_flops = 0, product_flops = 0;
+  double front_flops = 0;  // of a condensation that came with the factorisation
+  RigidFigures rigid;
+};
+
+struct Condensation : CondensationFigures {
   Matrix K_cc, M_cc;  // c x c, exactly symmetric
   Matrix M_kc;        // k x c
   Matrix Psi;         // n_I x c when kept, else empty
-  CondensationWay way = CondensationWay::product;
-  Index panel = 0;
-  double solve_flops = 0, product_flops = 0, front_flops = 0;
-  RigidFigures rigid;
   SparseMatrix G;  // rigid_content() of M_cc, for RigidMotions
 };
 

@@ -325,7 +325,7 @@ Superelement reduce_again(const SuperelementGroup& group, const std::vector<Inde
   how.one_Psi = needs_one_Psi(f.condition.K_II.scaled);
   Condensation condensed =
       timed("condensation", [&] { return condense(p, factor, modes.Phi, how, report); });
-  f.rigid = condensed.rigid;
+  static_cast<CondensationFigures&>(f) = condensed;
   if (p.rigid.count() > 0)
     judge_rigid(f.rigid, f.condition.K_II.scaled, f.condition.weakest, report);
   Superelement s;
@@ -344,10 +344,6 @@ Superelement reduce_again(const SuperelementGroup& group, const std::vector<Inde
   f.modes_proven = modes.proven;
   f.factor_nonzeros = factor.n_nonzeros();
   f.factor_flops = factor.flops();
-  f.solve_flops = condensed.solve_flops;
-  f.product_flops = condensed.product_flops;
-  f.way = condensed.way;
-  f.panel = condensed.panel;
   if (s.k() > 0) f.highest_frequency = std::sqrt(s.eigenvalues.maxCoeff()) / (2 * std::numbers::pi);
   return s;
 }
