@@ -7,7 +7,6 @@
 
 #include "common/base/error.hpp"
 #include "common/files/output_file.hpp"
-#include "common/files/replaced_file.hpp"
 #include "common/scene/component_mass.hpp"
 #include "common/scene/left_out_blocks.hpp"
 #include "common/scene/scene_words.hpp"
@@ -18,7 +17,6 @@
 #include "reducer/modes/diagonal_form.hpp"
 #include "reducer/modes/interior_loads.hpp"
 #include "reducer/partition/interface_sets.hpp"
-#include "reducer/superelement_state.hpp"
 
 namespace cbr {
 namespace {

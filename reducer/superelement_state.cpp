@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/superelement_state.hpp"
 
 #include <algorithm>
 
 #include "common/base/error.hpp"
-#include "common/base/number_text.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "common/scene/component_mass.hpp"
 #include "common/scene/left_out_blocks.hpp"
 #include "common/scene/reduction_keys.hpp"
-#include "common/scene/scene_words.hpp"
 #include "common/scene/staleness.hpp"
 #include "common/superelement/superelement_file.hpp"
 #include "common/superelement/superelement_group.hpp"
+#include "reducer/component_reducer.hpp"
 #include "reducer/partition/interface_sets.hpp"
 
 namespace cbr {

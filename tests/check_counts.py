@@ -11,8 +11,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 84821,
-    "files of product": 626,
+    "lines of product": 84789,
+    "files of product": 624,
     "lines of python/cbr": 1950,
     "lines of tests": 64453,
     "files of tests": 390,

@@ -11,8 +11,8 @@
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "common/mesh/face_weights.hpp"
+#include "reducer/condensation/superelement_algebra.hpp"
 #include "reducer/modes/component_parts.hpp"
-#include "reducer/modes/diagonal_form.hpp"
 
 namespace cbr {
 namespace {

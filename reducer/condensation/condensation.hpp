@@ -50,7 +50,7 @@ struct Condensation : CondensationFigures {
   Matrix K_cc, M_cc;  // c x c, exactly symmetric
   Matrix M_kc;        // k x c
   Matrix Psi;         // n_I x c when kept, else empty
-  SparseMatrix G;  // rigid_content() of M_cc, for RigidMotions
+  SparseMatrix G;     // rigid_content() of M_cc, for RigidMotions
 };
 
 // Psi = -K_II^-1 K_IC; K_cc = K_CC + K_CI Psi; M_cc = M_CC + Psi^T M_IC + M_CI Psi + Psi^T M_II
@@ -82,5 +82,11 @@ void require_memory_for_interface(Index c, double memory);
 // factor leaves too little memory. A panel of useful width takes 16 n_I bytes a column and thread.
 double panel_memory(double given, const Partition& p, const SparseCholesky& factor,
                     const Matrix& Phi);
+
+// B^T A^-1 B   (s x s), exactly symmetric, for B (n x s) with entries in few rows. Of L only the
+// part is visited that these rows reach (Gilbert, Liu 1993, doi 10.1137/0614019), in panels with
+// all threads. bytes: of the panels of all threads together.
+Matrix reached_compliance(const SparseCholesky& factor_of_A, const SparseMatrix& B,
+                          double bytes = 1e9);
 
 }  // namespace cbr

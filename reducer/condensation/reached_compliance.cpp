@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/condensation/reached_compliance.hpp"
 
 #include <algorithm>
 #include <atomic>

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "common/linalg/dense.hpp"
-#include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "common/mesh/face_weights.hpp"
 #include "reducer/condensation/superelement_algebra.hpp"

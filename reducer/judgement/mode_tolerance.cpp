@@ -10,8 +10,8 @@
 #include "common/base/format_text.hpp"
 #include "common/base/number_text.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
+#include "reducer/condensation/superelement_algebra.hpp"
 #include "reducer/judgement/missing_modes.hpp"
-#include "reducer/modes/diagonal_form.hpp"
 
 namespace cbr {
 namespace {

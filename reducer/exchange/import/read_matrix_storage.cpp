@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // All matrices of a CalculiX model (*FREQUENCY, SOLVER=MATRIXSTORAGE): NAME.sti and NAME.mas of
 // lines "row column entry", one triangle; NAME.dof of lines "node.dof", one a row.
-#include "common/base/error.hpp"
 #include "reducer/exchange/import/import.hpp"
 #include "reducer/exchange/import/row_places.hpp"
 

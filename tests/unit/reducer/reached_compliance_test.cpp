@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/condensation/reached_compliance.hpp"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
 #include "common/linalg/dense.hpp"
+#include "reducer/condensation/condensation.hpp"
 
 namespace cbr::reached_compliance_test {
 namespace {
