@@ -14,7 +14,7 @@ BOUNDS = {
     "lines of product": 84789,
     "files of product": 624,
     "lines of python/cbr": 1955,
-    "lines of tests": 64455,
+    "lines of tests": 64458,
     "files of tests": 390,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 353,

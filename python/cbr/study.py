@@ -102,7 +102,7 @@ def study(scene: Scene, parameter: str, values: Iterable[Any], path: str | os.Pa
     measures: name of a column -> its figure of a run; the default is largest_figures(). bin: as of Scene.run().
     progress: a bar on the standard error.
 
-    A run that fails leaves nan in its row, and its error. Failed: the program refuses a scene (exit code 2).
+    A run that fails, or a value that is refused, leaves nan and its error. Failed: the first value is refused.
     KeyError: the scene has no such parameter. ValueError: there are no values.
     """
     path, values = pathlib.Path(path), list(values)
@@ -118,7 +118,7 @@ def study(scene: Scene, parameter: str, values: Iterable[Any], path: str | os.Pa
         try:
             run = changed.run(path.with_name(f"{path.stem}-{i + 1}.h5"), bin)
         except Failed as error:
-            if error.returncode == 2:
+            if error.returncode == 2 and i == 0:
                 raise
             failures[i] = str(error).splitlines()[0]
             runs.append(None)

@@ -208,6 +208,9 @@ class Package(unittest.TestCase):
                 cbr.study(made, parameter, [1], self.folder / "n.h5", bin=BIN)
         with self.assertRaisesRegex(cbr.Failed, "did you mean 'step'"):
             cbr.study(made, "time.stepp", [1], self.folder / "n.h5", bin=BIN, progress=False)
+        ends = cbr.study(made, "time.end", [1e-5, -1.0, 2e-5], self.folder / "e.h5", bin=BIN, progress=False)
+        self.assertEqual([run is None for run in ends.runs], [False, True, False])
+        self.assertIn("time.end", ends.failures[1])
         with self.assertRaisesRegex(ValueError, "there are none"):
             cbr.study(made, "time.end", [], self.folder / "n.h5", bin=BIN)
 
