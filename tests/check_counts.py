@@ -11,10 +11,10 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 84789,
+    "lines of product": 84790,
     "files of product": 624,
     "lines of python/cbr": 1955,
-    "lines of tests": 64458,
+    "lines of tests": 64459,
     "files of tests": 390,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 353,

@@ -189,8 +189,9 @@ class InpReader {
         {"not in this version: write the part as it is without it", {"MODELCHANGE"}},
         {"a mesh lists its nodes and elements: write them out",
          {"NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"}}};
-    if (const std::string cure = cure_of(all, keyword.name); !cure.empty())
-      lines_.fail("*" + in_capitals(keyword.shown) + " found: " + cure);
+    const bool is_cyclic = keyword.is("TIE") && keyword.has("CYCLICSYMMETRY");
+    const std::string cure = cure_of(all, is_cyclic ? "CYCLICSYMMETRYMODEL" : keyword.name);
+    if (!cure.empty()) lines_.fail("*" + in_capitals(keyword.shown) + " found: " + cure);
   }
 
   void begin_nodes(const InpKeyword& keyword) {

@@ -346,6 +346,7 @@ TEST(Deck, keywordsThatChangeThePartAreRefused) {
            {"*MATRIX INPUT, NAME=K, INPUT=k.mtx\n", "deck.inp:8: *MATRIX INPUT found: not in this"},
            {"*USER ELEMENT, TYPE=U1, NODES=2\n", "deck.inp:8: *USER ELEMENT found: not in this"},
            {"*MODEL CHANGE, TYPE=ELEMENT, REMOVE\nALL\n", "deck.inp:8: *MODEL CHANGE found: not"},
+           {"*TIE, CYCLIC SYMMETRY, NAME=T\nA, B\n", "deck.inp:8: *TIE found: not in this version"},
            {step + "*Model Change, type=element, remove\nALL\n*END STEP\n",
             "deck.inp:10: *MODEL CHANGE found: not"}}) {
     const auto file = deck(text);
