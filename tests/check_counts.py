@@ -11,7 +11,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 84790,
+    "lines of product": 84792,
     "files of product": 624,
     "lines of python/cbr": 1955,
     "lines of tests": 64459,

@@ -28,7 +28,7 @@ History rounded(const std::vector<double>& t, const std::vector<double>& start,
     const auto inside = [&](double near, double far, double length) {
       return near + half / length * (far - near);
     };
-    if (t[i] < half || before == after) {  // the run begins there
+    if (t[i] < half || before == after) {  // the run begins there, or nothing jumps
       add(t[i], after);
     } else {
       add(t[i] - half, i > 0 ? inside(before, start[i - 1], left) : 0);

@@ -301,7 +301,7 @@ TEST_F(TurningMechanisms, ASliderCrankHasItsStroke) {
   }
 }
 
-// A crank through two whole turns in a four-bar linkage (0.4, 1.2, 0.8; ground 1.3): the coupler's
+// A crank through two whole turns in a four-bar linkage (0.4, 0.8, 0.8; ground 1): the coupler's
 // end is where the circles meet.
 TEST_F(TurningMechanisms, AFourBarLinkageFollowsItsCrank) {
   const double l = 0.4, ground = 1;

@@ -193,6 +193,8 @@ class Chooser {
     std::vector<std::size_t> all(search.last - search.first);
     std::iota(all.begin(), all.end(), search.first);
     ChosenCells& chosen = unknowns_.cells.emplace_back();
+    if (search.functions != nullptr)
+      chosen.closed.assign(static_cast<std::size_t>(search.functions->size()), 0);
     if (search.functions == nullptr || all.empty()) return add_points(all, search, number);
     const ChosenCells* before = lasting(search);
     // Load steps are few, so that they may have as many points with friction as without
@@ -202,10 +204,8 @@ class Chooser {
     const bool has_functions =
         before != nullptr &&
         (before->whole || std::count(before->closed.begin(), before->closed.end(), 1) > 0);
-    if (!has_functions && n_closing(search) <= (friction ? few_points_with_friction : few_points)) {
-      chosen.closed.assign(static_cast<std::size_t>(search.functions->size()), 0);
+    if (!has_functions && n_closing(search) <= (friction ? few_points_with_friction : few_points))
       return add_patch(all, search, number);
-    }
     Cells cells(list_, search);
     if (before != nullptr) cells.keep(*before, *search.memory);
     std::vector<std::size_t> points = points_beside(cells, search, before != nullptr);

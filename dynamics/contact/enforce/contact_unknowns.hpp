@@ -79,7 +79,7 @@ SparseMatrix function_matrix(const ContactList& list, const std::vector<PointLaw
 // negative, which no node's law allows. before: of the last step. A function starts where all of
 // its nodes close, and stays while their gaps are similar. Null (statics): wherever possible.
 // After load steps motion begins with their unknowns: a cell with an impulse in the last step
-// remains as it was, so that bodies at rest stay there.
+// remains as it was, so that bodies at rest stay there, unless points are too many.
 // `wanted` (ascending): points to include in any case.
 ContactUnknowns choose_unknowns(const ContactList& list, const std::vector<PointLaw>& laws,
                                 const std::vector<FunctionsOfSearch>& searches,

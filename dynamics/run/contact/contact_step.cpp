@@ -259,7 +259,9 @@ class Islands {
     prepare(sim_, h_, island.group, state_);
     const Index p = island.pairs->front();
     if (sim_.pairs[p].enforcement != Enforcement::nodal) island.memory = &state_.islands[p];
-    if (is_new) island.memory->h = 0;  // W is of other springs
+    // W is of other springs; pairs that come and go change the memory of an island
+    if (!is_new) return;
+    for (auto& [pair, memory] : state_.islands) memory.h = 0;
   }
 
   void push(Island& island) {
