@@ -153,6 +153,9 @@ def check_external(folder):
                 back = contents(folder / "part.cbr.h5")
                 for key in ("matrices/K_cc", "matrices/M_cc", "matrices/M_kc", "matrices/eigenvalues", "nodes/id", "interface/contact/faces"):
                     np.testing.assert_allclose(back[key], original[key], rtol=1e-14, atol=1e-14 * np.abs(original[key]).max(), err_msg=key)
+        for first, second in (("KAA", "MAA"), ("MAA", "KAA")):  # one of them without the modal dofs
+            (folder / "part.op4").write_text(op4_text({first: matrices[first][:c, :c], second: matrices[second]}, True))
+            assert "found, expected" in reduce(folder, "--import", "op4", "part", "-o", "none.cbr.h5", expect=2)
         (folder / "part.op4").write_text(op4_text({**matrices, "BAA": np.ones((1, 1))}, True))
         assert "damping matrix is left out" in reduce(folder, "--import", "op4", "part", "--faces", "box.msh", "-o", "part.cbr.h5")
         for text, words in (("\n".join(lines).replace("     123", "      19"), "has dofs 19"),

@@ -35,11 +35,12 @@ class Found {
     const bool is_K = is_one_of(header.name, {"KAAX", "KAA", "KXX"});
     if (!is_K && !is_one_of(header.name, {"MAAX", "MAA", "MXX"})) return;
     std::optional<Matrix>& A = is_K ? K : M;
+    const std::optional<Matrix>& other = is_K ? M : K;
     if (A) fail("a second matrix " + header.name);
     if (header.type != real_double)
       fail("type " + std::to_string(header.type) + " found, expected 2 (real, double precision)");
     const Index n = header.columns, rows = std::abs(header.rows);
-    if (rows != n || (n != n_ && n != least_) || (K && K->rows() != n))
+    if (rows != n || (n != n_ && n != least_) || (other && other->rows() != n))
       fail("a matrix of " + std::to_string(rows) + " x " + std::to_string(n) + " found, expected " +
            std::to_string(n_) + " x " + std::to_string(n_) + ", as the table beside it has " +
            std::to_string(n_) + " rows");
