@@ -37,7 +37,8 @@ double ForceTable::mean(double from, double to) const {
 
 double ForceTable::mean_slope(double from, double to) const {
   if (segment(from) == segment(to)) return 0.5 * slope(to);
-  return (value(to) - mean(from, to)) / (to - from);
+  // Round-off of a short range across a corner would be any slope
+  return std::clamp((value(to) - mean(from, to)) / (to - from), 0.0, 0.5 * steepest());
 }
 
 double ForceTable::steepest() const {

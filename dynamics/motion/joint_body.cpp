@@ -280,20 +280,20 @@ NodeResponse JointBody::own_response(Index set, double h) const {
   return response_of(set, answer(h));
 }
 
-Matrix6 JointBody::stiffness() const {
+template <typename Of>
+Matrix6 JointBody::with_tables(const Of& of) const {
   Matrix6 K = joint_.stiffness;
   for (Index m = 0; m < 6; ++m)
-    if (const ForceTable& table = joint_.force[static_cast<std::size_t>(m)]; !table.empty())
-      K(m, m) += table.slope(r_[m]);
+    if (const ForceTable& table = joint_.force[m]; !table.empty()) K(m, m) += of(table, r_[m]);
   return K;
 }
 
+Matrix6 JointBody::stiffness() const {
+  return with_tables([](const ForceTable& table, double r) { return table.slope(r); });
+}
+
 Matrix6 JointBody::largest_stiffness() const {
-  Matrix6 K = joint_.stiffness;
-  for (Index m = 0; m < 6; ++m)
-    if (const ForceTable& table = joint_.force[static_cast<std::size_t>(m)]; !table.empty())
-      K(m, m) += table.steepest();
-  return K;
+  return with_tables([](const ForceTable& table, double) { return table.steepest(); });
 }
 
 Matrix6 JointBody::compliance() const {
@@ -359,10 +359,12 @@ Settled JointBody::own_settle() {
   Settled settled{2 * spring_energy(move), 2 * spring_energy(r_end_)};
   if (joint_.bends()) {
     settled.change = move.dot(slope(r_, 1) * move);
-    // What begins to slip changes by its force over the size of the bodies
+    // A slip that begins changes energy by its force over the size of the bodies, or by its moment
     const Vector6 before = slides_;
-    if (change_slides(r_end_, 1))
-      settled.change += joint_.size * joint_.friction.dot((slides_ - before).cwiseAbs());
+    if (change_slides(r_end_, 1)) {
+      const Vector6 work = joint_.friction.cwiseProduct((slides_ - before).cwiseAbs());
+      settled.change += joint_.size * work.head<3>().sum() + work.tail<3>().sum();
+    }
   }
   r_ = r_end_;
   return settled;

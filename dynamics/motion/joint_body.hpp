@@ -122,6 +122,8 @@ class JointBody final : public Body {
   void fill(const Vector6& r, Index set, Points& x) const;
   Vector6 gathered(Index set, const Points& impulses) const;  // axes of the joint
   double spring_energy(const Vector6& r) const;
+  template <typename Of>
+  Matrix6 with_tables(const Of& of) const;  // K, with of(table, motion) on its diagonal
 
   Joint joint_;
   std::vector<std::vector<Index>> sets_;
