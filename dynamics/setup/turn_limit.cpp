@@ -39,6 +39,15 @@ std::set<std::string> linked_instances(const Scene& scene) {
   return linked;
 }
 
+// Those whose path depends on more than their velocity and a constant weight.
+std::set<std::string> carried_instances(const Scene& scene) {
+  std::set<std::string> carried;
+  for (const Load& load : scene.loads) carried.insert(load.instance);
+  for (const BoundaryCondition& condition : scene.boundary)
+    if (condition.motion != SupportMotion::none) carried.insert(condition.instance);
+  return carried;
+}
+
 // Across a direction of motion.
 using Patch = Eigen::AlignedBox2d;
 using Across = Eigen::Matrix<double, 2, 3>;
@@ -81,13 +90,15 @@ class Strikes {
   Strikes(const SceneIndex& index, const BuiltScene& built) : built_(built) {
     const Load* gravity = gravity_of(index.scene());
     end_ = index.scene().time->end;
-    const std::set<std::string> linked = linked_instances(index.scene());
+    const std::set<std::string> linked = linked_instances(index.scene()),
+                                carried = carried_instances(index.scene());
     for (std::size_t i = 0; i < built.instances.size(); ++i) {
       const Instance& instance = index.scene().instances[i];
       const Body& body = *built.simulation.bodies[i];
       Flying of;
       of.is_free = !index.plan(instance).is_held() && !index.plan(instance).is_fixed &&
                    linked.count(instance.name) == 0;
+      of.is_carried = carried.count(instance.name) > 0;
       if (of.is_free) of.mass = built.instances[i].mass;
       if (of.is_free) of.velocity = instance.velocity;
       if (of.is_free && gravity != nullptr) of.gravity = gravity->value;
@@ -95,6 +106,7 @@ class Strikes {
       of.box = extents(body, built.instances[i]);
       flying_.push_back(std::move(of));
     }
+    if (gravity != nullptr && !gravity->history.time.empty()) return;
     for (const ContactPair& pair : built.simulation.pairs)
       if (pair.law.law != ContactLaw::tied) add(pair);
   }
@@ -122,7 +134,7 @@ class Strikes {
     const ContactPair* pair;
   };
   struct Flying {
-    bool is_free = false;
+    bool is_free = false, is_carried = false;
     double mass = HUGE_VAL;  // of what is held
     Vector3 velocity = Vector3::Zero(), gravity = Vector3::Zero(), center;
     Box box;
@@ -149,6 +161,7 @@ class Strikes {
     const Index a = built_.simulation.contact_nodes[pair.slave->body].body,
                 b = built_.simulation.contact_nodes[pair.master->body].body;
     Flying &first = flying_[a], &second = flying_[b];
+    if (first.is_carried || second.is_carried) return;
     if (!first.is_free && (pair.wall || !second.is_free)) return;
     const std::optional<Strike> strike =
         pair.wall ? strike_on(*pair.wall, first, *pair.slave) : strike_of(pair, first, second);

@@ -239,7 +239,22 @@ TEST_F(StartingAgain, ABodyThatMeetsAWallBesideItsCentreTurnsFromTheStart) {
   EXPECT_EQ(energy("auto"), energy("large"));
 }
 
-// What lands flat, or hardly tilted, or too late to turn stays linear.
+// Neither the weight's history nor other loads are followed: such bodies begin linear.
+TEST_F(StartingAgain, ABodyThatOtherLoadsCarryBeginsLinear) {
+  const std::string falls = dropped("[0, 20, 0]", 0.3, "", "[0, 0, 0]", "0.5"),
+                    gravity = "{gravity: [0, 0, -10]}";
+  for (const std::string& loads :
+       {std::string("{gravity: [0, 0, -10], history: {time: [0, 1], value: [1, 1]}}"),
+        gravity + ", {instance: b, surface: z_max, pressure: 1.0e-9}"}) {
+    std::string scene = falls;
+    scene.replace(scene.find(gravity), gravity.size(), loads);
+    const std::string said = run("auto", scene);
+    EXPECT_FALSE(has(said, begins)) << said;
+    EXPECT_TRUE(has(said, again)) << said;
+  }
+}
+
+// A body that lands flat, or hardly tilted, or too late to turn stays linear.
 TEST_F(StartingAgain, ABodyThatLandsFlatStaysLinear) {
   for (const auto& [rotation, end, floor] :
        {std::tuple("[0, 0, 0]", 0.1, "0.05"), std::tuple("[0, 0, 30]", 0.1, "0.05"),
