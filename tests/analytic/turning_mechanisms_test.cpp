@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/error.hpp"
 #include "tests/support/linked_blocks.hpp"
 
 namespace cbr::turning_mechanisms_test {
@@ -298,6 +299,20 @@ TEST_F(TurningMechanisms, ASliderCrankHasItsStroke) {
     EXPECT_NEAR(ran.result.work_external.back(), ran.result.total.back() - ran.result.total.front(),
                 1e-2 * ran.result.total.front())
         << as;
+  }
+}
+
+TEST_F(TurningMechanisms, ARotationAboutSeveralAxesIsRefused) {
+  try {
+    run({.instances = bar_at("a", 0, 0, 0, ", as: rigid"),
+         .links = "  - {between: [a.base, ground], angular_velocity: [0, 1, 2]}\n",
+         .time = "end: 0.1",
+         .output = "every: 0.05"});
+    ADD_FAILURE() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("about several axes: give one axis"),
+              std::string::npos)
+        << error.what();
   }
 }
 

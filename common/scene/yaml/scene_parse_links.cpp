@@ -120,7 +120,7 @@ std::string frictions_text(const std::array<double, 6>& friction) {
       [&](std::size_t m) { return friction[m] > 0 ? number_text(friction[m]) : std::string(); });
 }
 
-// What is prescribed is fixed: a joint of all motions but those that springs leave.
+// Prescribed motions are among the fixed ones. A motion of zeros is none.
 void take_motion(const SceneMap& map, const SceneReading& reading, LinkOptions& link) {
   GivenMotion given = parse_motion(map, reading);
   for (std::size_t m = 0; m < 6; ++m) {
@@ -132,6 +132,7 @@ void take_motion(const SceneMap& map, const SceneReading& reading, LinkOptions& 
               ", which 'fix' leaves free: add it to 'fix', or "
               "give 0 there");
   }
+  if (given.value.isZero(0) && given.turn.isZero(0)) return;
   link.motion = given.motion;
   link.value = given.value;
   link.turn = given.turn;

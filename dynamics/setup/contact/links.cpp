@@ -277,10 +277,11 @@ class LinkMaker {
     return of;
   }
 
-  // Of the body.
+  // Of the body; 1: of a single point.
   double size_of(const Slot& slot) const {
     const Points& X = sim_.bodies[sim_.contact_nodes[slot.contact].body]->reference_positions();
-    return (X.colwise().maxCoeff() - X.colwise().minCoeff()).norm();
+    const double size = (X.colwise().maxCoeff() - X.colwise().minCoeff()).norm();
+    return size > 0 ? size : 1;
   }
 
   // The prescribed motion along or about the axes; null: none.
@@ -301,7 +302,13 @@ class LinkMaker {
     PairOptions options{force,       link.source, link.first,
                         link.second, link.axes,   {is_on[0], is_on[1], is_on[2]}};
     Slot first = a.translation;
-    if (turns(index_, link)) options.turning = turning_link(link, a, b);
+    if (turns(index_, link)) {
+      if ((link.turn.array() != 0).count() > 1)
+        throw InputError(link.source.text() +
+                         ": links[]: its ends have large rotation, and the prescribed one is about "
+                         "several axes: give one axis, or time: {rotations: small}");
+      options.turning = turning_link(link, a, b);
+    }
     if (slides(index_, link)) {
       const Index i = sim_.contact_nodes[first.contact].body;
       options.turning->slides = sliding_place(index_, link);
