@@ -21,7 +21,7 @@ class StaticLoop {
         moving_(simulation.bodies.size(), 0) {
     outcome_.start(sim_);
     equilibrium_.emplace(sim_, state_, outcome_);
-    equilibrium_->on_iteration = [this](Index iteration) { tell_load_steps(iteration); };
+    equilibrium_->on_iteration = [this](Index iteration) { report_load_steps(iteration); };
   }
 
   RunResult run() {
@@ -34,14 +34,14 @@ class StaticLoop {
     } else {
       if (sim_.preload > 0 && !equilibrium_->preload(sim_.preload, result, [this](Index done) {
             loaded_ = done;
-            tell_load_steps();
+            report_load_steps();
           })) {
         record();
         return std::move(result);
       }
       equilibrium_->step(0);
       loaded_ = sim_.preload + 1;
-      tell_load_steps();
+      report_load_steps();
       record();
     }
     const TimePlan& plan = sim_.plan;
@@ -53,7 +53,7 @@ class StaticLoop {
       count();
       if (plan.is_output(step_)) record();
       ++loaded_;
-      tell_load_steps();
+      report_load_steps();
       if (step_ < plan.n_steps() && options_.ends_here(step_, plan.time(step_), keep, result))
         break;
     }
@@ -62,7 +62,7 @@ class StaticLoop {
   }
 
  private:
-  void tell_load_steps(Index iteration = 0) const {
+  void report_load_steps(Index iteration = 0) const {
     if (options_.on_load_step)
       options_.on_load_step(loaded_, sim_.preload + 1 + sim_.plan.n_steps(), iteration);
   }

@@ -68,10 +68,10 @@ TEST(RigidWall, BulgesBetweenNodes) {
   WallOptions wall;
   wall.kind = WallOptions::Kind::sphere;
   wall.radius = 5;
-  EXPECT_NEAR(RigidWall(wall).bulge(3 * std::sqrt(2.0)), 1, 1e-14);
+  EXPECT_DOUBLE_EQ(RigidWall(wall).bulge(3 * std::sqrt(2.0)), 1);
   EXPECT_EQ(RigidWall(wall).bulge(8), HUGE_VAL);
   wall.kind = WallOptions::Kind::cylinder;
-  EXPECT_NEAR(RigidWall(wall).bulge(8), 2, 1e-14);
+  EXPECT_DOUBLE_EQ(RigidWall(wall).bulge(8), 2);
   wall.inside = true;
   EXPECT_EQ(RigidWall(wall).bulge(8), 0);
 }
