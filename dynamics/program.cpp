@@ -268,8 +268,8 @@ void say_that_it_starts_again(const Simulation& simulation, const RunResult::Tur
   report.line(format_text(
       "instance '%s' has turned by %.3g degrees at t = %.4g s, too far for a linear body: the run "
       "starts again with bodies that turn (time: {rotations: large} saves the first part)",
-      simulation.bodies[static_cast<std::size_t>(turned.body)]->name().c_str(),
-      turned.rotation * 180 / std::numbers::pi, turned.t));
+      simulation.bodies[turned.body]->name().c_str(), turned.rotation * 180 / std::numbers::pi,
+      turned.t));
 }
 
 // False: a body has exceeded the rotation limit of linear bodies, or will; writes nothing.

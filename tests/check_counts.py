@@ -11,13 +11,13 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 84792,
+    "lines of product": 84756,
     "files of product": 624,
     "lines of python/cbr": 1955,
-    "lines of tests": 64459,
-    "files of tests": 390,
+    "lines of tests": 64533,
+    "files of tests": 391,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
-    "lines with InputError(": 353,
+    "lines with InputError(": 354,
     "classes derived from Body": 4,
     "members of the largest class": 30,
 }

@@ -37,7 +37,7 @@ ForcePattern forces_of(const BodyLoad& load) {
   Points forces = load.fixed.forces.on_nodes();
   Vector modal = load.fixed.modal;
   for (Index a = 0; a < 3; ++a) {
-    const ForcePattern& pattern = load.vector->patterns[static_cast<std::size_t>(a)];
+    const ForcePattern& pattern = load.vector->patterns[a];
     const double b = load.vector->value[a];
     const Points of_pattern = pattern.forces.on_nodes();
     if (forces.rows() == 0) forces.setZero(of_pattern.rows(), 3);

@@ -254,9 +254,7 @@ void BodyPoints::extend(Index set, const BodyTurn& turn, Points& own) const {
   extend(of, own);
   if (turn.R == Matrix3::Identity()) return;
   for (Index i = 0; i < own.rows(); ++i) {
-    const Vector3 about = takes_force(of.nodes[static_cast<std::size_t>(i)])
-                              ? turn.center
-                              : Vector3(of.X.row(i).transpose());
+    const Vector3 about = takes_force(of.nodes[i]) ? turn.center : Vector3(of.X.row(i).transpose());
     own.row(i) = (about + turn.R * (own.row(i).transpose() - about)).transpose();
   }
 }
@@ -282,7 +280,7 @@ Vector3 BodyPoints::missing_moment(Index set, const BodyTurn& turn, const Points
   extend(set, turn, x);
   Vector3 moment = Vector3::Zero();
   for (Index i = 0; i < x.rows(); ++i) {
-    const Index node = sets_[set].nodes[static_cast<std::size_t>(i)];
+    const Index node = sets_[set].nodes[i];
     const Vector3 P = impulses.row(i).transpose();
     if (takes_force(node)) {
       moment += Vector3(x.row(i).transpose() - turn.center).cross(P);
@@ -377,7 +375,7 @@ BodyLoad BodyPoints::point_load(bool is_force, Index point, const Vector3& value
   for (Index a = 0; a < 3; ++a) {
     Points forces = Points::Zero(n_, 3);
     for (std::size_t i = 0; i < nodes.size(); ++i) forces.row(nodes[i]) += maps[i].row(a);
-    load.vector->patterns[static_cast<std::size_t>(a)].forces = forces;
+    load.vector->patterns[a].forces = forces;
   }
   return load;
 }

@@ -82,7 +82,7 @@ class BodyPoints {
   BodyLoad point_load(bool is_force, Index point, const Vector3& value, const LoadHistory& history,
                       bool follows = false) const;
   // Of a point that slides: it moves as what is rigid with the point and `arm` from it does.
-  void slide(Index point, const Vector3& arm) { arms_[static_cast<std::size_t>(point)] = arm; }
+  void slide(Index point, const Vector3& arm) { arms_[point] = arm; }
 
   // What Body does with a set of its nodes that has points; `own`: of the nodes of the body itself
   // that the set moves by, without the turn.

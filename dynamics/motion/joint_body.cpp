@@ -45,7 +45,7 @@ JointBody::JointBody(Joint joint, Scheme scheme)
 void JointBody::follow(Index node, const Matrix3& to_scene) {
   if (!follows_) maps_.fill(joint_.axes.transpose());
   follows_ = true;
-  maps_[static_cast<std::size_t>(node)] = to_scene;
+  maps_[node] = to_scene;
 }
 
 Matrix6 JointBody::in_scene_axes(const Matrix6& A) const {
@@ -63,19 +63,19 @@ Index JointBody::own_track(const std::vector<Index>& nodes) {
 }
 
 void JointBody::fill(const Vector6& r, Index set, Points& x) const {
-  const std::vector<Index>& nodes = sets_[static_cast<std::size_t>(set)];
+  const std::vector<Index>& nodes = sets_[set];
   x.resize(static_cast<Index>(nodes.size()), 3);
   for (Index i = 0; i < x.rows(); ++i) {
-    const Index node = nodes[static_cast<std::size_t>(i)];
+    const Index node = nodes[i];
     x.row(i) = (joint_.at + to_scene(node) * r.segment<3>(3 * node)).transpose();
   }
 }
 
 Vector6 JointBody::gathered(Index set, const Points& impulses) const {
-  const std::vector<Index>& nodes = sets_[static_cast<std::size_t>(set)];
+  const std::vector<Index>& nodes = sets_[set];
   Vector6 P = Vector6::Zero();
   for (Index i = 0; i < impulses.rows(); ++i) {
-    const Index node = nodes[static_cast<std::size_t>(i)];
+    const Index node = nodes[i];
     P.segment<3>(3 * node) += to_scene(node).transpose() * impulses.row(i).transpose();
   }
   return P;
@@ -113,7 +113,7 @@ Vector6 JointBody::impulse(const Vector6& r, double h) const {
     P = h * (K * (r_ + 0.25 * (way - last_h_ * v_))) + 0.5 * (C * (way + h * v_));
   }
   for (Index m = 0; m < 6; ++m) {
-    const ForceTable& table = joint_.force[static_cast<std::size_t>(m)];
+    const ForceTable& table = joint_.force[m];
     if (!table.empty()) P[m] += h * table.mean(range(m, r)[0], range(m, r)[1]);
     P[m] += h * joint_.friction[m] * slides_[m];
   }
@@ -132,7 +132,7 @@ Matrix6 JointBody::slope(const Vector6& r, double h) const {
   constexpr double of_gap = 1e-4, of_slip = 1e-3;
   for (Index m = 0; m < 6; ++m) {
     if (!joint_.bends(m)) continue;
-    const ForceTable& table = joint_.force[static_cast<std::size_t>(m)];
+    const ForceTable& table = joint_.force[m];
     double least = of_slip * h * joint_.friction[m] / (m < 3 ? joint_.size : 1);
     if (!table.empty()) {
       // d mean / d r: all of the end where the range is one point, else the end's share
@@ -218,8 +218,7 @@ void JointBody::own_take_impulses(Index set, const Impulses& impulses) {
 double JointBody::spring_energy(const Vector6& r) const {
   double energy = 0.5 * r.dot(joint_.stiffness * r);
   for (Index m = 0; m < 6; ++m)
-    if (const ForceTable& table = joint_.force[static_cast<std::size_t>(m)]; !table.empty())
-      energy += table.energy(r[m]);
+    if (const ForceTable& table = joint_.force[m]; !table.empty()) energy += table.energy(r[m]);
   return energy;
 }
 
@@ -263,14 +262,13 @@ void JointBody::own_add_end_impulses(Index set, const Points& impulses) {
 }
 
 NodeResponse JointBody::response_of(Index set, const Matrix6& A) const {
-  const std::vector<Index>& nodes = sets_[static_cast<std::size_t>(set)];
+  const std::vector<Index>& nodes = sets_[set];
   const Matrix6 S = in_scene_axes(A);
   const auto n = static_cast<Index>(nodes.size());
   Matrix block(3 * n, 3 * n);
   for (Index i = 0; i < n; ++i)
     for (Index j = 0; j < n; ++j)
-      block.block<3, 3>(3 * i, 3 * j) = S.block<3, 3>(3 * nodes[static_cast<std::size_t>(i)],
-                                                      3 * nodes[static_cast<std::size_t>(j)]);
+      block.block<3, 3>(3 * i, 3 * j) = S.block<3, 3>(3 * nodes[i], 3 * nodes[j]);
   NodeResponse response;
   response.set_block(std::move(block));
   return response;
@@ -330,7 +328,7 @@ Matrix JointBody::floating() const {
 }
 
 Matrix JointBody::own_floating_motions(Index set) const {
-  const std::vector<Index>& nodes = sets_[static_cast<std::size_t>(set)];
+  const std::vector<Index>& nodes = sets_[set];
   const Matrix R = floating();
   Matrix motions(3 * static_cast<Index>(nodes.size()), R.cols());
   for (std::size_t i = 0; i < nodes.size(); ++i)

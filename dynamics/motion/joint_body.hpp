@@ -29,9 +29,7 @@ struct Joint {
   // springs to bodies without mass at the interface, which take impulses at the ends of steps
   bool is_late = false;
   bool is_mass() const { return !mass.isZero(0); }
-  bool bends(Index m) const {
-    return !force[static_cast<std::size_t>(m)].empty() || friction[m] > 0;
-  }
+  bool bends(Index m) const { return !force[m].empty() || friction[m] > 0; }
   bool bends() const;
 };
 
@@ -117,7 +115,7 @@ class JointBody final : public Body {
   Matrix floating() const;         // R of Body::relax(), 6 x k
   NodeResponse response_of(Index set, const Matrix6& A) const;
   Matrix3 to_scene(Index node) const {
-    return follows_ ? maps_[static_cast<std::size_t>(node)] : Matrix3(joint_.axes.transpose());
+    return follows_ ? maps_[node] : Matrix3(joint_.axes.transpose());
   }
   void fill(const Vector6& r, Index set, Points& x) const;
   Vector6 gathered(Index set, const Points& impulses) const;  // axes of the joint

@@ -47,7 +47,7 @@ std::vector<BodyLoad> PrescribedMotion::with_inertia(const std::vector<BodyLoad>
   const Index k = plan_.n_modal;
   std::vector<BodyLoad> all;
   for (Index j = 0; j < n_drives(); ++j) {
-    const LoadHistory& history = plan_.drives[static_cast<std::size_t>(j)].acceleration();
+    const LoadHistory& history = plan_.drives[j].acceleration();
     if (is_translation()) {
       all.push_back(gravity_load(-plan_.directions.col(j), history));
       continue;
@@ -93,15 +93,14 @@ void PrescribedMotion::add_load(const BodyLoad& load) {
 
 Vector PrescribedMotion::displacement(double t) const {
   Vector g(n_drives());
-  for (Index j = 0; j < g.size(); ++j)
-    g[j] = plan_.drives[static_cast<std::size_t>(j)].displacement(t);
+  for (Index j = 0; j < g.size(); ++j) g[j] = plan_.drives[j].displacement(t);
   return g;
 }
 
 Vector PrescribedMotion::velocity(double t) const {
   Vector g = Vector::Zero(n_drives());
   if (!plan_.has_inertia) return g;
-  for (Index j = 0; j < g.size(); ++j) g[j] = plan_.drives[static_cast<std::size_t>(j)].velocity(t);
+  for (Index j = 0; j < g.size(); ++j) g[j] = plan_.drives[j].velocity(t);
   return g;
 }
 
@@ -131,31 +130,31 @@ void PrescribedMotion::predict(double t, double h) {
 
 void PrescribedMotion::move(Index set, const Vector& g, Points& x) const {
   if (g.size() == 0) return;
-  const Vector s = sets_[static_cast<std::size_t>(set)].psi.leftCols(g.size()) * g;
+  const Vector s = sets_[set].psi.leftCols(g.size()) * g;
   x += nodes_of(s);
 }
 
 MotionBound PrescribedMotion::moved(Index set, MotionBound bound) const {
-  const NodeSet& of = sets_[static_cast<std::size_t>(set)];
+  const NodeSet& of = sets_[set];
   const Vector g = displacement(now_);
   for (Index j = 0; j < g.size(); ++j) {
     const Vector3 a = g[j] * of.lower.col(j), b = g[j] * of.upper.col(j);
     bound.lower += a.cwiseMin(b);
     bound.upper += a.cwiseMax(b);
-    bound.growth += plan_.drives[static_cast<std::size_t>(j)].largest_speed() *
+    bound.growth += plan_.drives[j].largest_speed() *
                     of.lower.col(j).cwiseAbs().cwiseMax(of.upper.col(j).cwiseAbs());
   }
   return bound;
 }
 
 void PrescribedMotion::add_mean_motion(Index set, Vector3& position, Vector3& velocity_now) const {
-  const Matrix& mean = means_[static_cast<std::size_t>(set)];
+  const Matrix& mean = means_[set];
   position += mean * displacement(now_);
   velocity_now += mean * velocity(now_);
 }
 
 Vector PrescribedMotion::on_shapes(Index set, const Points& impulses) const {
-  return sets_[static_cast<std::size_t>(set)].psi.transpose() * numbers_of(impulses);
+  return sets_[set].psi.transpose() * numbers_of(impulses);
 }
 
 void PrescribedMotion::book(const Vector& on, double t) {
@@ -295,7 +294,7 @@ std::vector<Reaction> PrescribedMotion::take_reactions(double t, double interval
   for (const WorkingLoad& load : loads_)
     impulse -= load.history.integral(t - interval, t) * load.on_shapes;
   for (Index j = 0; j < n_drives(); ++j) {
-    const DrivenAxis& drive = plan_.drives[static_cast<std::size_t>(j)];
+    const DrivenAxis& drive = plan_.drives[j];
     impulse += (drive.displacement_integral(t) - drive.displacement_integral(t - interval)) *
                plan_.shapes.stiffness.col(j);
   }

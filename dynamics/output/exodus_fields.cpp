@@ -96,8 +96,7 @@ class ExodusGrids {
           heavy.read_row_matrix(step_group(step) + std::to_string(owner_[s]) + "/" + field);
       columns.resize(static_cast<std::size_t>(values.cols()));
       for (Index c = 0; c < values.cols(); ++c)
-        for (Index i = 0; i < values.rows(); ++i)
-          columns[static_cast<std::size_t>(c)].push_back(values(i, c));
+        for (Index i = 0; i < values.rows(); ++i) columns[c].push_back(values(i, c));
     }
     return columns;
   }

@@ -25,7 +25,7 @@ IndexTable faces_of_kind(const Geometry& geometry, FaceKind kind, std::vector<In
       std::sort(key.begin(), key.end());
       if (!seen.insert(key).second) continue;
       faces.push_back(std::move(nodes));
-      element.push_back(surface.element[static_cast<std::size_t>(f)]);
+      element.push_back(surface.element[f]);
     }
   }
   IndexTable table(static_cast<Index>(faces.size()), n_nodes(kind));

@@ -77,8 +77,7 @@ void FieldWriter::write_grids() {
     heavy_->write(group + "element_ids", grid.element_ids);
     const std::string object = group.substr(0, group.size() - 1);
     heavy_->attribute(object, "name", grid.name);
-    heavy_->attribute(object, "instance",
-                      built_.instances[static_cast<std::size_t>(grid.instance)].name);
+    heavy_->attribute(object, "instance", built_.instances[grid.instance].name);
     heavy_->attribute(object, "topology", grid.topology);
   }
 }

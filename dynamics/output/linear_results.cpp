@@ -35,7 +35,7 @@ void write_table(const std::filesystem::path& path, const HarmonicResponse& resp
 void show(SceneModes& modes, const InstanceModes& of, Index mode) {
   for (BodyModes& body : modes.scene->bodies) body.take_shape(Vector::Zero(body.omega().size()));
   for (std::size_t i = 0; i < of.bodies.size(); ++i)
-    modes.scene->bodies[static_cast<std::size_t>(of.bodies[i])].take_shape(of.shapes[i].col(mode));
+    modes.scene->bodies[of.bodies[i]].take_shape(of.shapes[i].col(mode));
 }
 
 }  // namespace

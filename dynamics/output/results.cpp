@@ -76,7 +76,7 @@ void write_watches(Hdf5Writer& file, const Simulation& simulation, const RunResu
         stress_values(Eigen::Map<const RowMatrix>(result.watches[w].data(), n * m, 6));
     for (Index j = 0; j < n_stress_values; ++j) {
       const Vector column = values.col(j);
-      file.write(group + std::string(stress_names[static_cast<std::size_t>(j)]),
+      file.write(group + std::string(stress_names[j]),
                  Matrix(Eigen::Map<const RowMatrix>(column.data(), n, m)));
     }
   }
@@ -98,8 +98,7 @@ void write_scans(Hdf5Writer& file, const Simulation& simulation, const RunResult
       const auto n = static_cast<Index>(result.time.size());
       IndexTable ids(n, scan.n_worst);
       for (Index k = 0; k < ids.size(); ++k)
-        ids(k / scan.n_worst, k % scan.n_worst) =
-            scan.element_ids[static_cast<std::size_t>(of.worst[static_cast<std::size_t>(k)])];
+        ids(k / scan.n_worst, k % scan.n_worst) = scan.element_ids[of.worst[k]];
       file.write(group + "worst/element_id", ids);
       file.write(group + "worst/von_mises",
                  Matrix(Eigen::Map<const RowMatrix>(of.worst_stress.data(), n, scan.n_worst)));

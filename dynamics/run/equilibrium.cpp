@@ -265,7 +265,7 @@ void Equilibrium::solve(Change& change) {
 
 // A body without balance slides if all of its points do so where it begins, before it leaves them.
 void Equilibrium::note_slide(Index b, const Vector& left) {
-  Slide& slide = slides_[static_cast<std::size_t>(b)];
+  Slide& slide = slides_[b];
   if (largest(left) == 0) {
     slide = {};
     return;
@@ -286,7 +286,7 @@ std::string Equilibrium::sliding_pairs(Index b, const Vector& left) const {
     const PointLaw& law = solved.group.laws[i];
     const auto is_of = [&](Index contact) {
       return contact >= 0 && contact < static_cast<Index>(forces_.size()) &&
-             sim_.contact_nodes[static_cast<std::size_t>(contact)].body == b;
+             sim_.contact_nodes[contact].body == b;
     };
     if (law.law == ContactLaw::frictionless) return;
     if (!is_of(pair.slave->body) && !is_of(pair.master->body)) return;
@@ -311,7 +311,7 @@ std::vector<Index> Equilibrium::columns_of(const std::vector<Index>& pairs) cons
   std::vector<Index> columns;
   const auto add = [&](Index contact) {
     if (contact < 0) return;
-    const FloatingNodes& of = floating_[static_cast<std::size_t>(contact)];
+    const FloatingNodes& of = floating_[contact];
     for (Index j = 0; j < of.R.cols(); ++j) columns.push_back(of.first + j);
   };
   for (const Index p : pairs) {

@@ -70,7 +70,7 @@ void Equilibrium::refuse_endless(const Change& change) const {
                            }),
                most.end());
     for (std::size_t i = 0; i < std::min(most.size(), told_points); ++i) {
-      const auto x = here_[static_cast<std::size_t>(most[i].contact_body)].row(most[i].node);
+      const auto x = here_[most[i].contact_body].row(most[i].node);
       text << (i == 0 ? ", at [" : ", [") << x[0] << ", " << x[1] << ", " << x[2] << "]";
     }
     if (most.size() > told_points) text << " and others";
@@ -88,8 +88,8 @@ void Equilibrium::refuse_endless(const Change& change) const {
 
 void Equilibrium::refuse_unheld(Index b, Vector left) const {
   Body& body = *sim_.bodies[b];
-  const std::string& pairs = slides_[static_cast<std::size_t>(b)].pairs;
-  if (!pairs.empty()) left = slides_[static_cast<std::size_t>(b)].left;
+  const std::string& pairs = slides_[b].pairs;
+  if (!pairs.empty()) left = slides_[b].left;
   body.settle();
   Points u, v, before;
   body.displacements(before, v);

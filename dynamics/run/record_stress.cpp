@@ -62,17 +62,15 @@ Vector in_scene(Vector stress, const std::optional<Eigen::Vector4d>& orientation
 
 const std::pair<Vector, Vector>& Recorder::coordinates(Index body) {
   const auto [found, is_new] = coordinates_.try_emplace(body);
-  if (is_new)
-    sim_.bodies[static_cast<std::size_t>(body)]->coordinates(found->second.first,
-                                                             found->second.second);
+  if (is_new) sim_.bodies[body]->coordinates(found->second.first, found->second.second);
   return found->second;
 }
 
 void Recorder::record_stress(double t) {
   for (std::size_t w = 0; w < sim_.watches.size(); ++w) {
     const Index body = sim_.watches[w].body;
-    const Vector stress = in_scene(sim_.watches[w].stress(coordinates(body).first),
-                                   last_[static_cast<std::size_t>(body)].orientation);
+    const Vector stress =
+        in_scene(sim_.watches[w].stress(coordinates(body).first), last_[body].orientation);
     result_.watches[w].insert(result_.watches[w].end(), stress.begin(), stress.end());
   }
   Matrix elements, nodes;

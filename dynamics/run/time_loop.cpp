@@ -214,7 +214,7 @@ class TimeLoop {
     for (std::size_t i = 0; i < items.size(); ++i)
       if (alone_[body_of(items[i])]) shared_.push_back(i);
     share_among_threads(static_cast<Index>(shared_.size()), n_threads(),
-                        [&](Index i) { work(items[shared_[static_cast<std::size_t>(i)]]); });
+                        [&](Index i) { work(items[shared_[i]]); });
     for (const Item& item : items)
       if (!alone_[body_of(item)]) work(item);
   }

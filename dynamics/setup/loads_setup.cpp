@@ -64,7 +64,7 @@ Vector3 add_load_inside(const Superelement& s, const Superelement::InteriorLoad&
     const Vector Q = inside.force * (T.transpose() * Vector3::Unit(a));
     Points forces = Points::Zero(n_nodes, 3);
     for (Index i = 0; i < s.c(); ++i) forces(s.dof_node[i], s.dof_component[i] % 3) = Q(s.k() + i);
-    vector.patterns[static_cast<std::size_t>(a)] = {Points(forces * T.transpose()), Q.head(s.k())};
+    vector.patterns[a] = {Points(forces * T.transpose()), Q.head(s.k())};
   }
   loads.push_back({.vector = std::move(vector), .history = history});
   return inside.weight * traction;
@@ -130,8 +130,7 @@ void add_traction(const Vector& weights, const Vector3& traction, const Load& lo
                   const LoadHistory& history, std::vector<BodyLoad>& loads) {
   VectorForce vector{{}, traction, load.follows};
   for (Index a = 0; a < 3; ++a)
-    vector.patterns[static_cast<std::size_t>(a)].forces =
-        Points(weights * Vector3::Unit(a).transpose());
+    vector.patterns[a].forces = Points(weights * Vector3::Unit(a).transpose());
   loads.push_back({.vector = std::move(vector), .history = history});
 }
 

@@ -147,7 +147,7 @@ void warn_of_hinge(const Scene& scene, const BoundaryCondition& condition, const
   const Component& component = component_of(scene, *found);
   if (!component.reduction || !component.reduction->condenses_rotations) return;
   const auto place = found - scene.instances.begin();
-  const Geometry& geometry = *built.instances[static_cast<std::size_t>(place)].geometry;
+  const Geometry& geometry = *built.instances[place].geometry;
   AveragePoint held;
   held.nodes = find_nodes(geometry, found->name, condition.nodes, condition.source);
   held.weights = Vector::Ones(static_cast<Index>(held.nodes.size()));

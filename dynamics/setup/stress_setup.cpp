@@ -28,9 +28,8 @@ class StressRows {
     for (const Index node : nodes)
       for (Index m = 0; m < elements_.n_materials(); ++m)
         if (const Index place = elements_.place(node, m); place >= 0)
-          found.push_back({elements_.node_id(node),
-                           elements_.nodal_places()[static_cast<std::size_t>(place)].block_id,
-                           place});
+          found.push_back(
+              {elements_.node_id(node), elements_.nodal_places()[place].block_id, place});
     std::sort(found.begin(), found.end());
     std::map<Index, Index> row_of_place;
     for (const auto& [id, block, place] : found) {
@@ -128,15 +127,15 @@ void take_rows(const InstanceElements& elements, const SparseMatrix& S, StressWa
   }
   std::vector<char> is_used(static_cast<std::size_t>(elements.n_nodes()), 0);
   for (Index column = 0; column < S.cols(); ++column)
-    if (SparseMatrix::InnerIterator(S, column)) is_used[static_cast<std::size_t>(column / 3)] = 1;
+    if (SparseMatrix::InnerIterator(S, column)) is_used[column / 3] = 1;
   std::vector<Index> nodes;
   for (Index node = 0; node < elements.n_nodes(); ++node)
-    if (is_used[static_cast<std::size_t>(node)] != 0) nodes.push_back(node);
+    if (is_used[node] != 0) nodes.push_back(node);
   SparseMatrix compressed(S.rows(), 3 * static_cast<Index>(nodes.size()));
   Entries entries;
   for (Index i = 0; i < static_cast<Index>(nodes.size()); ++i)
     for (Index d = 0; d < 3; ++d)
-      for (SparseMatrix::InnerIterator it(S, 3 * nodes[static_cast<std::size_t>(i)] + d); it; ++it)
+      for (SparseMatrix::InnerIterator it(S, 3 * nodes[i] + d); it; ++it)
         entries.emplace_back(it.row(), 3 * i + d, it.value());
   compressed.setFromTriplets(entries.begin(), entries.end());
   watch.rows = compressed * elements.dense_rows(nodes);
@@ -203,7 +202,7 @@ void add_stress(const SceneIndex& index, BuiltScene& built) {
   std::map<Index, std::shared_ptr<const InstanceElements>> known;
   for (const StressOptions& stress : scene.output.stress) {
     const Index body = index.place(stress.instance);
-    const BuiltScene::OfInstance& of = built.instances[static_cast<std::size_t>(body)];
+    const BuiltScene::OfInstance& of = built.instances[body];
     auto& elements = known[body];
     if (!elements) elements = std::make_shared<InstanceElements>(scene, of, stress.source);
     if (elements->groups().empty())
@@ -232,7 +231,7 @@ void watch_inside(const SceneIndex& index, const SurfaceName& set, const BuiltSc
   Vector3 X = Vector3::Zero();
   for (Index i = 0; i < static_cast<Index>(nodes.size()); ++i) {
     mean += rows.middleRows(3 * i, 3) / n;
-    X += elements.position(nodes[static_cast<std::size_t>(i)]) / n;
+    X += elements.position(nodes[i]) / n;
   }
   monitor.rows = of.placement.T * mean;
   monitor.reference = of.placement.T * X + of.placement.position;

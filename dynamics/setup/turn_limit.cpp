@@ -152,7 +152,7 @@ class Strikes {
     const Points& x = built_.simulation.bodies[contact.body]->reference_positions();
     Points points(static_cast<Index>(surface.nodes.size()), 3);
     for (Index i = 0; i < points.rows(); ++i)
-      points.row(i) = x.row(contact.nodes[surface.nodes[static_cast<std::size_t>(i)]]);
+      points.row(i) = x.row(contact.nodes[surface.nodes[i]]);
     return points;
   }
 

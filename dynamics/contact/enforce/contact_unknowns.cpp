@@ -71,7 +71,7 @@ class Cells {
     for (auto i = search.first; i < search.last; ++i) {
       const ContactPoint& point = list.points[i];
       if (point.slot < 0 || point.n_slave_terms != 1) continue;
-      Index& at = point_[static_cast<std::size_t>(point.slot)];
+      Index& at = point_[point.slot];
       at = at == none ? static_cast<Index>(i) : several;
     }
     mean_.assign(k, 0);
@@ -90,8 +90,7 @@ class Cells {
     std::vector<char> acts(closed_.size(), 0);
     visit([&](Index a, Index slot) {
       const Index at = point_of(slot);
-      if (at >= 0 && acted(list_.points[static_cast<std::size_t>(at)], memory))
-        acts[static_cast<std::size_t>(a)] = 1;
+      if (at >= 0 && acted(list_.points[at], memory)) acts[a] = 1;
     });
     for (std::size_t a = 0; a < acts.size(); ++a)
       if (acts[a] != 0) closed_[a] = is_possible_[a] != 0 && before.closed[a] != 0;
@@ -104,22 +103,21 @@ class Cells {
   }
 
   const std::vector<char>& closed() const { return closed_; }
-  bool is_closed(Index cell) const { return closed_[static_cast<std::size_t>(cell)] != 0; }
+  bool is_closed(Index cell) const { return closed_[cell] != 0; }
   // Its nodes have one point each, of similar normals.
-  bool is_possible(Index cell) const { return is_possible_[static_cast<std::size_t>(cell)] != 0; }
-  Index point_of(Index slot) const { return point_[static_cast<std::size_t>(slot)]; }
+  bool is_possible(Index cell) const { return is_possible_[cell] != 0; }
+  Index point_of(Index slot) const { return point_[slot]; }
   // The point whose frame the function uses.
   const ContactPoint* reference(const PressureFunctions& functions, Index a) const {
     for (SparseMatrix::InnerIterator it(functions.N, a); it; ++it)
-      if (const Index at = point_of(it.row()); at >= 0)
-        return &list_.points[static_cast<std::size_t>(at)];
+      if (const Index at = point_of(it.row()); at >= 0) return &list_.points[at];
     return nullptr;
   }
   // The slots of closed cells.
   std::vector<char> covered() const {
     std::vector<char> is(point_.size(), 0);
     visit([&](Index a, Index slot) {
-      if (is_closed(a)) is[static_cast<std::size_t>(slot)] = 1;
+      if (is_closed(a)) is[slot] = 1;
     });
     return is;
   }
@@ -142,7 +140,7 @@ class Cells {
       closed_[cell] = 0;
       return;
     }
-    const ContactPoint& point = list_.points[static_cast<std::size_t>(at)];
+    const ContactPoint& point = list_.points[at];
     if (count_[cell] == 0) normal_[cell] = point.normal();
     if (!(normal_[cell].dot(point.normal()) > same_way)) closed_[cell] = 0;
     ++count_[cell];
@@ -271,8 +269,8 @@ class Chooser {
     std::vector<std::size_t> points;
     for (auto i = search.first; i < search.last; ++i) {
       const ContactPoint& point = list_.points[i];
-      const bool by_function = point.slot >= 0 && cells.point_of(point.slot) >= 0 &&
-                               covered[static_cast<std::size_t>(point.slot)] != 0;
+      const bool by_function =
+          point.slot >= 0 && cells.point_of(point.slot) >= 0 && covered[point.slot] != 0;
       const bool may_act = point.gap[0] < reach || (lasts && acted(point, *search.memory));
       if (!by_function && may_act) points.push_back(i);
     }
@@ -356,7 +354,7 @@ class Chooser {
     std::vector<Index> point(corners.nodes.size(), none);
     for (const std::size_t i : points) {
       if (list_.points[i].slot < 0 || list_.points[i].n_slave_terms != 1) continue;
-      Index& at = point[static_cast<std::size_t>(list_.points[i].slot)];
+      Index& at = point[list_.points[i].slot];
       at = at == none ? static_cast<Index>(i) : several;
     }
     const Index others = search.functions != nullptr ? search.functions->size() : 0;
@@ -366,17 +364,15 @@ class Chooser {
     std::vector<char> served(static_cast<std::size_t>(corners.size()), anywhere);
     for (std::size_t u = 0; before_ != nullptr && u < before_->keys.size(); ++u) {
       const UnknownKey& key = before_->keys[u];
-      if (key.search == number && key.function >= others)
-        served[static_cast<std::size_t>(key.function - others)] = 1;
+      if (key.search == number && key.function >= others) served[key.function - others] = 1;
     }
     for (Index a = 0; a < corners.size(); ++a) {
-      if (!can_serve(corners, a, point, anywhere, served[static_cast<std::size_t>(a)] != 0))
-        continue;
-      const auto point_of = [&](Index slot) { return point[static_cast<std::size_t>(slot)]; };
+      if (!can_serve(corners, a, point, anywhere, served[a] != 0)) continue;
+      const auto point_of = [&](Index slot) { return point[slot]; };
       const double area = corners.N.col(a).sum();
       SparseMatrix::InnerIterator first(corners.N, a);
-      const PointLaw& law = laws_[static_cast<std::size_t>(point_of(first.row()))];
-      const ContactPoint& reference = list_.points[static_cast<std::size_t>(point_of(first.row()))];
+      const PointLaw& law = laws_[point_of(first.row())];
+      const ContactPoint& reference = list_.points[point_of(first.row())];
       start_unknown({number, others + a, -1, 0}, law, -1, 0);
       areas_.back() = area;
       for (SparseMatrix::InnerIterator it(corners.N, a); it; ++it) {
@@ -397,9 +393,9 @@ class Chooser {
     Vector3 normal = Vector3::Zero();
     double least = HUGE_VAL, most = -HUGE_VAL, farthest = -HUGE_VAL;
     for (SparseMatrix::InnerIterator it(corners.N, a); it; ++it) {
-      const Index at = point[static_cast<std::size_t>(it.row())];
+      const Index at = point[it.row()];
       if (at < 0) return false;
-      const ContactPoint& its = list_.points[static_cast<std::size_t>(at)];
+      const ContactPoint& its = list_.points[at];
       if (normal.isZero(0)) normal = its.normal();
       if (!(normal.dot(its.normal()) > same_way)) return false;
       least = std::min(least, its.start_gap);
@@ -471,7 +467,7 @@ void keep_state(StateArchive& archive, UnknownKey& key) {
 
 std::vector<Index> ContactUnknowns::of_searches() const {
   std::vector<Index> n(static_cast<std::size_t>(n_searches), 0);
-  for (const UnknownKey& key : keys) ++n[static_cast<std::size_t>(key.search)];
+  for (const UnknownKey& key : keys) ++n[key.search];
   return n;
 }
 
@@ -489,21 +485,20 @@ Vector ContactUnknowns::guess(const std::vector<PointLaw>& of_points, const Vect
       if (share[row] > 0)
         all[it.row()] += std::abs(it.value()) / share[row];
       else
-        is_own[static_cast<std::size_t>(it.row())] = 1;
+        is_own[it.row()] = 1;
     }
   Vector x = Vector::Zero(A.cols());
   for (std::size_t u = 0; u < laws.size(); ++u)
     for (Index row = first[u]; row < first[u + 1]; ++row) {
       if (areas[static_cast<Index>(u)] > 0) {
         for (SparseMatrix::InnerIterator it(values, static_cast<Index>(u)); it; ++it)
-          x[row] +=
-              it.value() * p[first_of_points[static_cast<std::size_t>(it.row())] + row - first[u]];
+          x[row] += it.value() * p[first_of_points[it.row()] + row - first[u]];
         continue;
       }
       for (SparseMatrix::InnerIterator it(A, row); it; ++it) {
         if (share[row] == 0)
           x[row] += it.value() * p[it.row()];
-        else if (is_own[static_cast<std::size_t>(it.row())] == 0)
+        else if (is_own[it.row()] == 0)
           x[row] += it.value() / share[row] / all[it.row()] * p[it.row()];
       }
     }
@@ -574,7 +569,7 @@ void keep_depths(const ContactList& list, const std::vector<PointLaw>& laws,
   Vector start_gaps = Vector::Zero(first.back());
   for (std::size_t i = 0; i < laws.size(); ++i) start_gaps[first[i]] = list.points[i].start_gap;
   for (std::size_t u = 0; u < unknowns.keys.size(); ++u) {
-    if (searches[static_cast<std::size_t>(unknowns.keys[u].search)].corners == nullptr) continue;
+    if (searches[unknowns.keys[u].search].corners == nullptr) continue;
     const double start = unknowns.A.col(first_unknown[u]).dot(start_gaps);
     g[first_unknown[u]] -= std::min(0.0, start);
   }
@@ -589,7 +584,7 @@ HeldPoints held_points(const ContactUnknowns& unknowns, const Vector& x) {
   for (std::size_t i = 0; i < unknowns.is_held.size(); ++i)
     if (unknowns.is_held[i] == 0) of.pressure[static_cast<Index>(i)] = -1;
   for (Index u = 0; u < unknowns.areas.size(); ++u) {
-    const double area = unknowns.areas[u], impulse = x[first[static_cast<std::size_t>(u)]];
+    const double area = unknowns.areas[u], impulse = x[first[u]];
     if (!(area > 0 && impulse > 0)) continue;
     const double all = unknowns.values.col(u).sum();
     for (SparseMatrix::InnerIterator it(unknowns.values, u); it; ++it) {

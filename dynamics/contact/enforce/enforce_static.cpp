@@ -25,7 +25,7 @@ Matrix floating_rows(const ContactList& list, const std::vector<PointLaw>& laws,
     const Index n = n_rows(laws[i].law);
     for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
       const ContactTerm& term = list.terms[t];
-      const FloatingNodes& body = floating[static_cast<std::size_t>(term.body)];
+      const FloatingNodes& body = floating[term.body];
       if (body.R.cols() == 0) continue;
       const Index at =
           std::lower_bound(columns.begin(), columns.end(), body.first) - columns.begin();
@@ -85,8 +85,7 @@ class StaticStep {
     std::vector<char> moves(searches.size(), 0);
     const std::vector<Index> first = first_rows(unknowns.laws);
     for (std::size_t u = 0; u < unknowns.keys.size(); ++u)
-      if (memory_.diagonal[first[u]] > 0)
-        moves[static_cast<std::size_t>(unknowns.keys[u].search)] = 1;
+      if (memory_.diagonal[first[u]] > 0) moves[unknowns.keys[u].search] = 1;
     bool any = false;
     for (const UnknownKey& key : unknowns.keys) {
       const auto s = static_cast<std::size_t>(key.search);

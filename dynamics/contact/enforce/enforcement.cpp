@@ -133,8 +133,7 @@ Points settle_unknowns(const ContactList& list, const std::vector<PointLaw>& law
     bool settles = false;
     for (SparseMatrix::InnerIterator it(unknowns.A, first[u]); it; ++it) {
       const auto at = std::upper_bound(of_points.begin(), of_points.end(), it.row()) - 1;
-      settles =
-          !is_static(list, list.points[static_cast<std::size_t>(at - of_points.begin())], bodies);
+      settles = !is_static(list, list.points[at - of_points.begin()], bodies);
       if (!settles) break;
     }
     if (!settles) continue;

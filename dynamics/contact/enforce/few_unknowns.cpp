@@ -13,8 +13,7 @@ namespace {
 std::vector<Index> match(const ContactUnknowns& unknowns, const ContactUnknowns& old) {
   std::vector<Index> from = match(unknowns.keys, old.keys);
   for (std::size_t i = 0; i < from.size(); ++i)
-    if (from[i] >= 0 && unknowns.laws[i].law != old.laws[static_cast<std::size_t>(from[i])].law)
-      from[i] = -1;
+    if (from[i] >= 0 && unknowns.laws[i].law != old.laws[from[i]].law) from[i] = -1;
   return from;
 }
 
@@ -28,7 +27,7 @@ Vector guess_of(const ContactUnknowns& unknowns, const std::vector<Index>& from,
   for (std::size_t i = 0; i < from.size(); ++i) {
     if (from[i] < 0) continue;
     const Index n = n_rows(unknowns.laws[i].law);
-    guess.segment(first[i], n) = memory.x.segment(old_first[static_cast<std::size_t>(from[i])], n);
+    guess.segment(first[i], n) = memory.x.segment(old_first[from[i]], n);
   }
   return guess;
 }
@@ -47,13 +46,12 @@ std::vector<Index> keep_same(const ContactUnknowns& unknowns, const ContactUnkno
   std::vector<Index> rows(static_cast<std::size_t>(first.back()), -1);
   for (std::size_t i = 0; i < from.size(); ++i) {
     if (from[i] < 0) continue;
-    const Index shift = old_first[static_cast<std::size_t>(from[i])] - first[i];
+    const Index shift = old_first[from[i]] - first[i];
     bool same = true;
     for (Index row = first[i]; row < first[i + 1]; ++row)
       same = same && same_column(unknowns.A, row, old.A, row + shift);
     if (!same) from[i] = -1;
-    for (Index row = first[i]; same && row < first[i + 1]; ++row)
-      rows[static_cast<std::size_t>(row)] = row + shift;
+    for (Index row = first[i]; same && row < first[i + 1]; ++row) rows[row] = row + shift;
   }
   return rows;
 }
@@ -65,7 +63,7 @@ Combinations combine(const ContactUnknowns& unknowns, const SparseMatrix& N, Ind
   Combinations of;
   std::vector<Eigen::Triplet<double, Index>> shares, rest;
   for (Index u = 0; u < unknowns.A.cols(); ++u) {
-    const Index column = unknowns.column[static_cast<std::size_t>(u)];
+    const Index column = unknowns.column[u];
     const Index left = unknowns.A.col(u).nonZeros();
     const Index whole = column < 0 ? 0 : N.col(column).nonZeros();
     SparseMatrix::InnerIterator own(unknowns.A, u);
@@ -158,7 +156,7 @@ bool form_few(const ContactList& list, const std::vector<PointLaw>& laws,
   const std::vector<Index> rows = keep_same(unknowns, memory.unknowns, from);
   const auto n = static_cast<Index>(rows.size());
   Index kept = 0;
-  while (kept < n && rows[static_cast<std::size_t>(kept)] == kept) ++kept;
+  while (kept < n && rows[kept] == kept) ++kept;
   if (kept == n && n == memory.unknowns.A.cols()) return false;
   ++memory.n_formed;
   GapResponse W;

@@ -119,7 +119,7 @@ void StaticSystem::factor_ties() {
   if (!L_->ok() || !(L_->diagonal().array().square() > implied).all()) {
     const std::vector<Index> rows = independent_rows(A);
     std::vector<Index> kept;
-    for (const Index row : rows) kept.push_back(tie_rows_[static_cast<std::size_t>(row)]);
+    for (const Index row : rows) kept.push_back(tie_rows_[row]);
     tie_rows_ = std::move(kept);
     scale_ = Vector(scale_(rows));
     L_.emplace(A(rows, rows));

@@ -78,10 +78,10 @@ Points tied_positions(const ContactList& ties, Index first_point, Index slave,
   const Index n = static_cast<Index>(ties.points.size()) - first_point;
   Points x = Points::Zero(n, 3);
   for (Index i = 0; i < n; ++i) {
-    const ContactPoint& point = ties.points[static_cast<std::size_t>(first_point + i)];
+    const ContactPoint& point = ties.points[first_point + i];
     double sum = 0;
     for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
-      const ContactTerm& term = ties.terms[static_cast<std::size_t>(t)];
+      const ContactTerm& term = ties.terms[t];
       if (term.body != slave) continue;
       x.row(i) += term.coefficient * positions.row(term.node);
       sum += term.coefficient;

@@ -130,7 +130,7 @@ void add_dense_block(const RowMajorSparse& G, const StaticCompliance& S, double 
       columns.clear();
       for (Index k = 0; k < n; ++k) {
         for (RowMajorSparse::InnerIterator it(G, first + k); it; ++it)
-          pushed[static_cast<std::size_t>(k)].push_back({it.col(), share * it.value()});
+          pushed[k].push_back({it.col(), share * it.value()});
         columns.push_back(moved.col(k).data());
       }
       moved.setZero();

@@ -22,13 +22,13 @@ CBR_CLONES void add_scaled(const double* __restrict__ x, Index n, double factor,
 void move_columns(const std::vector<Index>& from, Index rows, Matrix& all) {
   const auto n = static_cast<Index>(from.size());
   if (all.cols() < n) all.conservativeResize(rows, n + n / 2);
-  const auto move = [&](Index to) { all.col(to) = all.col(from[static_cast<std::size_t>(to)]); };
+  const auto move = [&](Index to) { all.col(to) = all.col(from[to]); };
   for (Index to = 0; to < n; ++to)
-    if (from[static_cast<std::size_t>(to)] > to) move(to);
+    if (from[to] > to) move(to);
   for (Index to = n; to-- > 0;)
-    if (const Index old = from[static_cast<std::size_t>(to)]; old >= 0 && old < to) move(to);
+    if (const Index old = from[to]; old >= 0 && old < to) move(to);
   for (Index to = 0; to < n; ++to)
-    if (from[static_cast<std::size_t>(to)] < 0) all.col(to).setZero();
+    if (from[to] < 0) all.col(to).setZero();
 }
 
 bool has_one_row(const Combinations& of, Index u) {
@@ -71,8 +71,7 @@ void StandingResponse::start(const ContactList& list, const std::vector<PointLaw
       part.X.setZero(part.thin->A->rows(), N.rows());
       for (Index j = 0; j < rows.G.rows() && part.X.rows() > 0; ++j)
         for (RowMajorSparse::InnerIterator it(rows.G, j); it; ++it)
-          part.X.col(rows.rows[static_cast<std::size_t>(j)]) +=
-              it.value() * part.thin->A->col(it.col());
+          part.X.col(rows.rows[j]) += it.value() * part.thin->A->col(it.col());
     } else {
       part.F = rows.response->block;
       own = rows.G;
@@ -80,7 +79,7 @@ void StandingResponse::start(const ContactList& list, const std::vector<PointLaw
     std::vector<Eigen::Triplet<double, Index>> entries;
     for (Index j = 0; j < own.rows(); ++j)
       for (RowMajorSparse::InnerIterator it(own, j); it; ++it)
-        entries.emplace_back(rows.rows[static_cast<std::size_t>(j)], it.col(), it.value());
+        entries.emplace_back(rows.rows[j], it.col(), it.value());
     part.H.resize(N.rows(), own.cols());
     part.H.setFromTriplets(entries.begin(), entries.end());
     part.X_of_N.resize(part.X.rows(), N.cols());
@@ -112,7 +111,7 @@ void StandingResponse::form_combinations(const Combinations& of) {
   std::vector<Index> fresh;
   for (Index u = 0; u < of.Y.cols(); ++u)
     for (SparseMatrix::InnerIterator it(of.Y, u); it; ++it)
-      if (!std::exchange(has_[static_cast<std::size_t>(it.row())], 1)) fresh.push_back(it.row());
+      if (!std::exchange(has_[it.row()], 1)) fresh.push_back(it.row());
   if (fresh.empty()) return;
   std::sort(fresh.begin(), fresh.end());
   const auto k = static_cast<Index>(fresh.size());
@@ -137,7 +136,7 @@ void StandingResponse::Part::fill_statics(const Combinations& of, Index u, doubl
     add_scaled(F_of_N.col(it.row()).data(), H.cols(), it.value(), f);
   std::vector<RowWeight> rows;
   for (SparseMatrix::InnerIterator it(of.Z, u); it; ++it)
-    rows.push_back({of.rows[static_cast<std::size_t>(it.row())], it.value()});
+    rows.push_back({of.rows[it.row()], it.value()});
   F.add_product(pressed(rows), f);
 }
 
@@ -153,10 +152,9 @@ void StandingResponse::Part::take(const Combinations& of, const std::vector<Inde
       for (SparseMatrix::InnerIterator it(of.Y, column); it; ++it)
         add_scaled(X_of_N.col(it.row()).data(), X.rows(), it.value(), x);
       for (SparseMatrix::InnerIterator it(of.Z, column); it; ++it)
-        add_scaled(X.col(of.rows[static_cast<std::size_t>(it.row())]).data(), X.rows(), it.value(),
-                   x);
+        add_scaled(X.col(of.rows[it.row()]).data(), X.rows(), it.value(), x);
     }
-    if (mixed[u] >= 0 && mixed_from[static_cast<std::size_t>(mixed[u])] < 0)
+    if (mixed[u] >= 0 && mixed_from[mixed[u]] < 0)
       fill_statics(of, column, F_of_A.col(mixed[u]).data());
   }
 }
@@ -167,7 +165,7 @@ void StandingResponse::take(Combinations of, const std::vector<Index>& from) {
   for (std::size_t u = 0; u < from.size(); ++u) {
     if (has_one_row(of, static_cast<Index>(u))) continue;
     mixed[u] = static_cast<Index>(mixed_from.size());
-    mixed_from.push_back(from[u] >= 0 ? mixed_[static_cast<std::size_t>(from[u])] : -1);
+    mixed_from.push_back(from[u] >= 0 ? mixed_[from[u]] : -1);
   }
   for (Part& part : parts_) part.take(of, from, mixed, mixed_from);
   of_ = std::move(of);
@@ -183,10 +181,10 @@ void StandingResponse::Part::add_to_rows(const StandingResponse& all, Index u, I
       for (RowMajorSparse::InnerIterator it(H, single[i]); it; ++it)
         rows(static_cast<Index>(i), k) += factor * it.value() * f[it.col()];
   };
-  if (all.is_mixed(u)) return add(F_of_A.col(all.mixed_[static_cast<std::size_t>(u)]).data(), 1);
+  if (all.is_mixed(u)) return add(F_of_A.col(all.mixed_[u]).data(), 1);
   const SparseMatrix::InnerIterator one(all.of_.Z, u);
   if (F.dense() == nullptr) {
-    const Index row = single[static_cast<std::size_t>(one.row())];
+    const Index row = single[one.row()];
     std::vector<Index> at;
     for (const Index point : single)
       for (RowMajorSparse::InnerIterator it(H, point); it; ++it) at.push_back(it.col());
@@ -198,7 +196,7 @@ void StandingResponse::Part::add_to_rows(const StandingResponse& all, Index u, I
         rows(static_cast<Index>(i), k) += it.value() * moved[next++];
     return;
   }
-  for (RowMajorSparse::InnerIterator it(H, single[static_cast<std::size_t>(one.row())]); it; ++it)
+  for (RowMajorSparse::InnerIterator it(H, single[one.row()]); it; ++it)
     add(F.dense()->col(it.col()).data(), share * one.value() * it.value());
 }
 
@@ -211,13 +209,12 @@ Matrix StandingResponse::columns(const std::vector<Index>& some) const {
            of_rows = RowMajor::Zero(static_cast<Index>(of_.rows.size()), n_some);
   Vector sum(of_N_.rows());
   for (Index k = 0; k < n_some; ++k) {
-    const Index u = some[static_cast<std::size_t>(k)];
+    const Index u = some[k];
     sum.setZero();
     for (SparseMatrix::InnerIterator it(of_.Y, u); it; ++it)
       add_scaled(of_N_.col(it.row()).data(), sum.size(), it.value(), sum.data());
     for (SparseMatrix::InnerIterator it(of_.Z, u); it; ++it)
-      add_scaled(rows_of_N_.col(of_.rows[static_cast<std::size_t>(it.row())]).data(), sum.size(),
-                 it.value(), sum.data());
+      add_scaled(rows_of_N_.col(of_.rows[it.row()]).data(), sum.size(), it.value(), sum.data());
     of_N.col(k) = sum;
     for (const Part& part : parts_) part.add_to_rows(*this, u, k, of_rows);
   }
@@ -241,7 +238,7 @@ Matrix StandingResponse::form(const std::vector<Index>& from, const Matrix* old)
   const auto n = static_cast<Index>(from.size());
   std::vector<Index> changed, stays, was;
   for (Index u = 0; u < n; ++u) {
-    const Index before = from[static_cast<std::size_t>(u)];
+    const Index before = from[u];
     (before < 0 ? changed : stays).push_back(u);
     if (before >= 0) was.push_back(before);
   }
@@ -255,15 +252,14 @@ Matrix StandingResponse::form(const std::vector<Index>& from, const Matrix* old)
   Matrix W(n, n);
   if (old != nullptr) W(stays, stays) = (*old)(was, was);
   for (Index k = 0; k < n_changed; ++k) {
-    const Index j = changed[static_cast<std::size_t>(k)];
+    const Index j = changed[k];
     W.col(j) = columns.col(k);
     W.row(j) = columns.col(k).transpose();
   }
   // Of two that are new the product has an entry by each
   for (Index k = 0; k < n_changed; ++k)
     for (Index l = k + 1; l < n_changed; ++l) {
-      const Index i = changed[static_cast<std::size_t>(k)],
-                  j = changed[static_cast<std::size_t>(l)];
+      const Index i = changed[k], j = changed[l];
       W(i, j) = W(j, i) = 0.5 * (columns(i, l) + columns(j, k));
     }
   return W;
@@ -278,10 +274,10 @@ StaticAnswers StandingResponse::statics(const Vector& x) const {
   for (Index u = 0; u < x.size(); ++u) {
     if (x[u] == 0) continue;
     if (is_mixed(u)) {
-      of_mixed[mixed_[static_cast<std::size_t>(u)]] = x[u];
+      of_mixed[mixed_[u]] = x[u];
     } else {
       const SparseMatrix::InnerIterator one(of_.Z, u);
-      rows.push_back({of_.rows[static_cast<std::size_t>(one.row())], x[u] * one.value()});
+      rows.push_back({of_.rows[one.row()], x[u] * one.value()});
     }
   }
   for (const Part& part : parts_) {

@@ -66,7 +66,7 @@ class StandingResponse {
   void form_combinations(const Combinations& of);
   Matrix columns(const std::vector<Index>& some) const;
   // A column of one row of a point has the statics of that row: they are not kept.
-  bool is_mixed(Index u) const { return mixed_[static_cast<std::size_t>(u)] >= 0; }
+  bool is_mixed(Index u) const { return mixed_[u] >= 0; }
 
   std::vector<Part> parts_;
   SparseMatrix N_;

@@ -78,7 +78,7 @@ void take_nearest(const CandidateSearch& search, const CandidateList& list, cons
   most += round_off * search.margin;
   for (Index k = list.first[slot]; k < list.first[slot + 1]; ++k) {
     const Index face = list.target[k];
-    const double least = distance[static_cast<std::size_t>(k - list.first[slot])];
+    const double least = distance[k - list.first[slot]];
     if (!(least - balls.radius[face] > most)) pairs.push_back({node, face});
   }
 }
@@ -123,7 +123,7 @@ class NodesAtFaces {
       for (std::size_t k = first[i]; k < first[i + 1]; ++k)
         take_nearer(search_.master, search_.master_body, pairs[k].face, at(slots[i]), found[k].end,
                     nearest);
-      feet_[static_cast<std::size_t>(slots[i])] = nearest.foot;
+      feet_[slots[i]] = nearest.foot;
       take(slots[i], nearest, of);
     }
   }
@@ -136,7 +136,7 @@ class NodesAtFaces {
   // The tolerance covers the residual of Newton's method in projections of nodes onto faces.
   double most_depth(Index slot) const {
     constexpr double inexact = 1e-7;
-    const Foot& foot = feet_[static_cast<std::size_t>(slot)];
+    const Foot& foot = feet_[slot];
     return (at(slot) - place_of(search_, foot)).norm() + inexact * search_.margin;
   }
 

@@ -158,7 +158,7 @@ bool HeldNodes::hold(const ContactSurface& surface, Index face, const Spot& spot
   if (point_of_.empty()) {
     point_of_.assign(nodes_.size(), -1);
     for (std::size_t i = last_; i-- > first_;)
-      point_of_[static_cast<std::size_t>(list_.points[i].slot)] = static_cast<Index>(i);
+      point_of_[list_.points[i].slot] = static_cast<Index>(i);
   }
   for (int a = 0; a < n_corners(surface, face); ++a)
     if (holds(surface.faces(face, a), spot)) return true;
@@ -169,9 +169,9 @@ bool HeldNodes::holds(Index node, const Spot& spot) const {
   const auto at = std::lower_bound(nodes_.begin(), nodes_.end(), node);
   if (at == nodes_.end() || *at != node) return false;
   const auto slot = at - nodes_.begin();
-  const Index first = point_of_[static_cast<std::size_t>(slot)];
+  const Index first = point_of_[slot];
   const double overlap = memory_.offset[slot] - memory_.lift(slot);  // at most 0
-  const bool touched = memory_.face[static_cast<std::size_t>(slot)] >= 0;
+  const bool touched = memory_.face[slot] >= 0;
   for (auto i = static_cast<std::size_t>(first); first >= 0 && i < last_; ++i) {
     const ContactPoint& point = list_.points[i];
     if (point.slot != slot) break;
@@ -245,8 +245,7 @@ void detect_edges(const EdgeStep& step, const std::vector<const HeldNodes*>& hel
   for (const EdgeHit& hit : hits) {
     const auto slot =
         static_cast<Index>(std::lower_bound(known.begin(), known.end(), hit.edges) - known.begin());
-    if (step.initial ||
-        (memory.face[static_cast<std::size_t>(slot)] < 0 && hit.start_gap < memory.rest))
+    if (step.initial || (memory.face[slot] < 0 && hit.start_gap < memory.rest))
       keep_overlap(slot, hit.start_gap, step.initial, memory);
     add_edge_point(step, hit, slot, memory.offset[slot], list);
   }

@@ -85,8 +85,7 @@ std::vector<Corner> corners_by_slot(const ContactSurface& slave,
     for (int j = 0; j < n; ++j) corners.push_back({static_cast<Index>(i), slot[j], -1, j});
   }
   const auto size = [&](const Corner& corner) {  // rounded: equal sizes stay equal
-    return std::round(
-        1e9 * slave.sizes[pairs[static_cast<std::size_t>(corner.segment)].slave_face] / slave.size);
+    return std::round(1e9 * slave.sizes[pairs[corner.segment].slave_face] / slave.size);
   };
   std::stable_sort(corners.begin(), corners.end(), [&](const Corner& a, const Corner& b) {
     return a.slot != b.slot ? a.slot < b.slot : size(a) > size(b);

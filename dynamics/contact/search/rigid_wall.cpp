@@ -94,14 +94,12 @@ double time_inside(const WallOptions& wall, const MotionBound& b, double margin)
 void choose_standing(const Vector& distance, double reach, double standing_reach,
                      std::vector<char>& has) {
   has.resize(static_cast<std::size_t>(distance.size()), 0);
-  const auto is_new = [&](Index slot) {
-    return distance[slot] <= reach && has[static_cast<std::size_t>(slot)] == 0;
-  };
+  const auto is_new = [&](Index slot) { return distance[slot] <= reach && has[slot] == 0; };
   Index slot = 0;
   while (slot < distance.size() && !is_new(slot)) ++slot;
   if (slot == distance.size()) return;
   for (slot = 0; slot < distance.size(); ++slot)
-    has[static_cast<std::size_t>(slot)] = distance[slot] <= reach + standing_reach;
+    has[slot] = distance[slot] <= reach + standing_reach;
 }
 
 }  // namespace
@@ -196,7 +194,7 @@ void detect_wall(const ContactSurface& slave, const ContactBody& slave_body, con
   list.points.reserve(list.points.size() + slave.nodes.size());
   Matrix3 frame = contact_frame(wall.normal(Vector3::Zero()));  // of planes that of all nodes
   for (Index slot = 0; slot < n; ++slot) {
-    if (stands && memory.standing.has[static_cast<std::size_t>(slot)] == 0) continue;
+    if (stands && memory.standing.has[slot] == 0) continue;
     const Vector3 x0 = slave_body.start.row(slave.nodes[slot]).transpose() - from;
     const Vector3 x1 = slave_body.end.row(slave.nodes[slot]).transpose() - to;
     const double start = wall.distance(x0);

@@ -94,13 +94,13 @@ void keep_standing(const ContactSurface& slave, const ContactBody& slave_body,
   standing.separation.resize(n, 3);
   std::vector<char> has(slave.nodes.size(), 0);
   for (Index i = 0; i < n; ++i) {
-    ContactPoint& point = standing.list.points[static_cast<std::size_t>(i)];
+    ContactPoint& point = standing.list.points[i];
     point.first_term -= shift;
     standing.gap[i] = point.gap[0];
     standing.separation.row(i) =
         separation_of(standing.list, point, slave.body, slave_body.end, master_body.end)
             .transpose();
-    if (i < static_cast<Index>(standing.n_nodes)) has[static_cast<std::size_t>(point.slot)] = 1;
+    if (i < static_cast<Index>(standing.n_nodes)) has[point.slot] = 1;
   }
   standing.offset = memory.offset;
   standing.has_all = std::find(has.begin(), has.end(), 0) == has.end();

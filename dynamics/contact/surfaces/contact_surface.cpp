@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-
 namespace cbr {
 
 void sweep(ContactBody& body) {
@@ -76,19 +75,16 @@ void fill_rising(ContactSurface& surface, const Points& points) {
   std::vector<std::vector<Index>> faces_of(surface.nodes.size());
   for (Index f = 0; f < n; ++f) {
     const FaceCorners x = corners(surface, f, points);
-    planes[static_cast<std::size_t>(f)] = {centre(x), mean_normal(x)};
-    for (int a = 0; a < n_corners(surface, f); ++a)
-      faces_of[static_cast<std::size_t>(slot_of(surface, f, a))].push_back(f);
+    planes[f] = {centre(x), mean_normal(x)};
+    for (int a = 0; a < n_corners(surface, f); ++a) faces_of[slot_of(surface, f, a)].push_back(f);
   }
   surface.rising.clear();
   surface.rising_begin.assign(1, 0);
   for (Index f = 0; f < n; ++f) {
     const std::ptrdiff_t first = surface.rising_begin.back();
     for (int a = 0; a < n_corners(surface, f); ++a)
-      for (const Index other : faces_of[static_cast<std::size_t>(slot_of(surface, f, a))])
-        if (other != f &&
-            make_a_corner(planes[static_cast<std::size_t>(f)],
-                          planes[static_cast<std::size_t>(other)]) &&
+      for (const Index other : faces_of[slot_of(surface, f, a)])
+        if (other != f && make_a_corner(planes[f], planes[other]) &&
             std::find(surface.rising.begin() + first, surface.rising.end(), other) ==
                 surface.rising.end())
           surface.rising.push_back(other);

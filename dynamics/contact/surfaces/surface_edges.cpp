@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <tuple>
 
-
 namespace cbr {
 namespace {
 
@@ -60,9 +59,9 @@ std::shared_ptr<const ContactSurface> ridge_of(const ContactSurface& surface) {
   ridge->areas.resize(n);
   ridge->area_vectors.resize(n, 3);
   for (Index i = 0; i < n; ++i) {
-    const Index slot = std::lower_bound(surface.nodes.begin(), surface.nodes.end(),
-                                        ridge->nodes[static_cast<std::size_t>(i)]) -
-                       surface.nodes.begin();
+    const Index slot =
+        std::lower_bound(surface.nodes.begin(), surface.nodes.end(), ridge->nodes[i]) -
+        surface.nodes.begin();
     ridge->areas[i] = surface.areas[slot];
     ridge->area_vectors.row(i) = surface.area_vectors.row(slot);
   }

@@ -170,7 +170,7 @@ std::shared_ptr<const Matrix> CoupledStatics::nodal_inverse(const std::vector<In
     factor_->solve(x);
     Z.col(j) = MR_.transpose() * x;
     for (Index i = 0; i < m; ++i) {
-      const Index row = system_.n_modal() + 3 * nodes[static_cast<std::size_t>(i)];
+      const Index row = system_.n_modal() + 3 * nodes[i];
       B.block<3, 1>(3 * i, j) = R_.block<3, 1>(row, j);
       Y.block<3, 1>(3 * i, j) = x.segment<3>(row);
     }

@@ -266,7 +266,7 @@ void Frame::add_fixed_forces(const Points& forces, const LoadHistory& history) {
     for (Index a = 0; a < 3; ++a) {
       Points pattern = Points::Zero(forces.rows(), 3);
       pattern.col(a) = forces.col(d);
-      along.patterns[static_cast<std::size_t>(a)].forces = pattern;
+      along.patterns[a].forces = pattern;
     }
     add_vector_force(along, history);
   }
@@ -278,8 +278,7 @@ void Frame::add_vector_force(const VectorForce& force, const LoadHistory& histor
   const auto E = form.E.topLeftCorner(form.n_rigid, 3);
   for (Index a = 0; a < 3; ++a) {
     modal_.flow_.add_turning_force(added.elastic().col(a), history);
-    modal_.residual_.add_turning_load(force.patterns[static_cast<std::size_t>(a)].forces,
-                                      force.value[a], history);
+    modal_.residual_.add_turning_load(force.patterns[a].forces, force.value[a], history);
   }
   // The centre of mass moves in the scene's axes
   for (Index d = 0; d < 3; ++d) {

@@ -148,7 +148,7 @@ void Frame::turn_modes(const TurnInertia& last) {
     for (Index l = 0; l < n; ++l) {
       const Index row = (feels_ ? 6 : 0) + 6 * l;
       of_loads.segment<3>(3 * l) = to.g.col(to.g.cols() - 1).segment<3>(row);
-      largest.segment<3>(3 * l).setConstant(loads_[static_cast<std::size_t>(l)].largest_vector());
+      largest.segment<3>(3 * l).setConstant(loads_[l].largest_vector());
     }
     modal_.residual_.turn_loads(of_loads, largest);
   }

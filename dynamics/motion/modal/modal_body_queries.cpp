@@ -167,7 +167,7 @@ const Matrix& ModalBody::velocity_map(const NodeRows& rows) const {
   // M^ of unit velocities: columns [M_kc; M_cc]   ((k + c) x 3m)
   Matrix columns = Matrix::Zero(k + c, rows.n_dofs());
   for (Index i = 0; i < columns.cols(); ++i) {
-    const Index j = (*rows_)(rows.nodes()[static_cast<std::size_t>(i / 3)], i % 3) - k;
+    const Index j = (*rows_)(rows.nodes()[i / 3], i % 3) - k;
     if (j < 0) continue;
     columns.col(i).head(k) = superelement_->M_kc.col(j);
     columns.col(i).tail(c) = superelement_->M_cc.col(j);

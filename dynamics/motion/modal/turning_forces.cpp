@@ -108,8 +108,7 @@ Vector TurningForces::force(double t, double t_0, double h, Index first, Index c
   Vector g =
       (1 - share) * g_.col(i).segment(first, count) + share * g_.col(i + 1).segment(first, count);
   for (Index j = 0; j < count; ++j)
-    if (const LoadHistory& history = histories_[static_cast<std::size_t>(first + j)];
-        history.has_points())
+    if (const LoadHistory& history = histories_[first + j]; history.has_points())
       g[j] *= history.value(t);
   return H_.middleCols(first, count) * g;
 }

@@ -16,7 +16,7 @@ TurningLoad::TurningLoad(const VectorForce& force, const LoadHistory& history,
   const Points& X = modal.own_nodes();
   const Matrix& V = modal.form().V;
   for (Index a = 0; a < 3; ++a) {
-    const ForcePattern& pattern = force.patterns[static_cast<std::size_t>(a)];
+    const ForcePattern& pattern = force.patterns[a];
     elastic_.col(a) = modal.modal_force(pattern);
     const Points forces = pattern.forces.on_nodes();
     for (Index i = 0; i < forces.rows(); ++i) {

@@ -148,10 +148,9 @@ void MeshBody::add_turned_loads(double t, Field& f) const {
     const Vector3 b = load.history.value(t) *
                       (load.follows ? load.value : Vector3(of.R.transpose() * load.value));
     Points forces = Points::Zero(static_cast<Index>(load.rows.size()), 3);
-    for (int a = 0; a < 3; ++a) forces += b[a] * load.patterns[static_cast<std::size_t>(a)];
+    for (int a = 0; a < 3; ++a) forces += b[a] * load.patterns[a];
     forces *= of.now.R.transpose();
-    for (Index i = 0; i < forces.rows(); ++i)
-      f.row(load.rows[static_cast<std::size_t>(i)]) += forces.row(i);
+    for (Index i = 0; i < forces.rows(); ++i) f.row(load.rows[i]) += forces.row(i);
   }
 }
 

@@ -41,8 +41,7 @@ std::array<double, N> block_sums(Index n, RowThreads& threads, const Sum& sum) {
   std::vector<std::array<double, N>> of_block(static_cast<std::size_t>(n_blocks));
   threads.for_rows(n_blocks, [&](Index begin, Index end) {
     for (Index block = begin; block < end; ++block)
-      sum(block * rows, std::min(rows, n - block * rows),
-          of_block[static_cast<std::size_t>(block)].data());
+      sum(block * rows, std::min(rows, n - block * rows), of_block[block].data());
   });
   std::array<double, N> all{};
   for (const auto& of : of_block)

@@ -88,7 +88,7 @@ std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const 
       is_rigid &= instance.is_rigid;
       name_component(instance, pair, outside);
     }
-    const auto& series = result.pairs[static_cast<std::size_t>(&pair - pairs.data())];
+    const auto& series = result.pairs[&pair - pairs.data()];
     if (loses && !series.empty())
       outside.n_impacts += static_cast<Index>(series["impacts"].values.back());
     any |= loses;

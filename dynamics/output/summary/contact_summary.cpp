@@ -26,7 +26,7 @@ double initial_overlap(const ContactPair& pair) {
 
 // Of contact, within its reach, else of the gap watch, as mortar's is a mean. HUGE_VAL: not known.
 double initial_gap(const BuiltScene& built, Index p) {
-  const ContactPair& pair = built.simulation.pairs[static_cast<std::size_t>(p)];
+  const ContactPair& pair = built.simulation.pairs[p];
   const double seen = pair.seen().memory.initial_gap;
   const bool is_known = std::isfinite(seen) && pair.formulation != Formulation::mortar;
   return is_known ? seen : built.gaps.initial(built.simulation, p).value_or(seen);
@@ -61,7 +61,7 @@ std::string penetration_text(const ContactPair& pair) {
 
 // "contact a - b: never touched; the nearest gap at an output was 0.2; initial gap 0.3"
 std::string apart_line(const BuiltScene& built, Index p, bool is_restarted) {
-  const ContactPair& pair = built.simulation.pairs[static_cast<std::size_t>(p)];
+  const ContactPair& pair = built.simulation.pairs[p];
   const auto nearest = built.gaps.nearest(built.simulation, p),
              initial = built.gaps.initial(built.simulation, p);
   std::string text = "contact " + pair.name;
@@ -75,7 +75,7 @@ std::string apart_line(const BuiltScene& built, Index p, bool is_restarted) {
 }
 
 std::string contact_line(const BuiltScene& built, Index p) {
-  const ContactPair& pair = built.simulation.pairs[static_cast<std::size_t>(p)];
+  const ContactPair& pair = built.simulation.pairs[p];
   std::ostringstream line;
   line.precision(3);
   if (pair.is_link) {

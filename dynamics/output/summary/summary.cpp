@@ -268,7 +268,7 @@ void rotation_warnings(const BuiltScene& built, const RunResult& result, Report&
 // Warns of statics beyond small strains and displacements.
 void strain_warnings(const BuiltScene& built, Report& report) {
   const auto of = [&](const StrainWatch::Worst& worst) {
-    return "instance '" + built.instances[static_cast<std::size_t>(worst.body)].name + "' ";
+    return "instance '" + built.instances[worst.body].name + "' ";
   };
   const std::string cause =
       ": bodies are linear, and right up to strains of some per cent: is a load, youngs_modulus or "

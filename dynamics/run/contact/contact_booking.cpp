@@ -59,7 +59,7 @@ void book_unknowns(const EnforcementResult& result, std::size_t search, PairStat
 void spread_over_faces(const ContactSurface& surface, const ContactBody& body,
                        const Points& at_corners, Points& sum) {
   for (Index slot = 0; slot < at_corners.rows(); ++slot)
-    sum.row(surface.nodes[static_cast<std::size_t>(slot)]) += at_corners.row(slot);
+    sum.row(surface.nodes[slot]) += at_corners.row(slot);
   std::vector<char> is_done(static_cast<std::size_t>(sum.rows()), 0);
   for (Index f = 0; f < surface.faces.rows(); ++f) {
     const int n = n_corners(surface, f);
@@ -72,8 +72,8 @@ void spread_over_faces(const ContactSurface& surface, const ContactBody& body,
     if (!(-all.dot(normal) > same_side * all.norm())) continue;
     for (Index m = 0; m < surface.middle.cols(); ++m) {
       const Index node = surface.middle(f, m);
-      if (node < 0 || is_done[static_cast<std::size_t>(node)] != 0) continue;
-      is_done[static_cast<std::size_t>(node)] = 1;
+      if (node < 0 || is_done[node] != 0) continue;
+      is_done[node] = 1;
       const int a = static_cast<int>(m);
       sum.row(node) += (m < 4 ? Vector3(0.5 * (at(a) + at((a + 1) % n))) : all).transpose();
     }

@@ -281,7 +281,7 @@ class Islands {
     for (Island& island : islands_)
       if (shared(island)) order_.push_back(&island);
     share_among_threads(static_cast<Index>(order_.size()), n_threads(),
-                        [&](Index i) { work(*order_[static_cast<std::size_t>(i)]); });
+                        [&](Index i) { work(*order_[i]); });
     for (Island& island : islands_)
       if (!shared(island)) work(island);
   }
@@ -299,7 +299,7 @@ class Islands {
 Vector normal_motions(const ContactGroup& group, const ContactState& state) {
   Vector motion(static_cast<Index>(group.list.points.size()));
   for (Index i = 0; i < motion.size(); ++i) {
-    const ContactPoint& point = group.list.points[static_cast<std::size_t>(i)];
+    const ContactPoint& point = group.list.points[i];
     motion[i] = point.normal().dot(relative_motion(group.list, point, state.bodies));
   }
   return motion;

@@ -264,7 +264,7 @@ SupportPlan BodyMaker::translation(const Instance& instance, const Geometry& geo
   SupportPlan plan{.mass = mass};
   plan.directions.resize(3, 0);
   for (Index axis = 0; axis < 3; ++axis)
-    for (const DrivenAxis& drive : motion.axes[static_cast<std::size_t>(axis)]) {
+    for (const DrivenAxis& drive : motion.axes[axis]) {
       plan.drives.push_back(drive);
       plan.directions.conservativeResize(Eigen::NoChange, plan.directions.cols() + 1);
       plan.directions.rightCols(1) = Vector3::Unit(axis);

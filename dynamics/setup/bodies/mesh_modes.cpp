@@ -26,11 +26,11 @@ constexpr Index all_up_to = 1000, all_for_one = 12;
 SparseMatrix free_basis(Index n, const std::vector<HeldDirection>& held) {
   std::vector<std::vector<Vector3>> of_node(static_cast<std::size_t>(n));
   for (const HeldDirection& direction : held)
-    of_node[static_cast<std::size_t>(direction.node)].push_back(direction.direction);
+    of_node[direction.node].push_back(direction.direction);
   std::vector<Eigen::Triplet<double, Index>> entries;
   Index column = 0;
   for (Index node = 0; node < n; ++node) {
-    const auto& directions = of_node[static_cast<std::size_t>(node)];
+    const auto& directions = of_node[node];
     const Matrix3 Q = complete_basis(directions);
     for (Index f = static_cast<Index>(directions.size()); f < 3; ++f, ++column)
       for (int c = 0; c < 3; ++c)

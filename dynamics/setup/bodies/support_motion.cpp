@@ -29,10 +29,10 @@ std::vector<HeldAxis> held_by(const BoundaryCondition& condition, const Instance
   const auto of_rotations = held_rotations(condition);
   for (const Index node : find_nodes(geometry, instance.name, condition.nodes, condition.source)) {
     for (int c = 0; c < 3; ++c)
-      if (condition.fix[static_cast<std::size_t>(c)]) held.push_back({node, c});
+      if (condition.fix[c]) held.push_back({node, c});
     const auto rotation = geometry.rotations.find(node);
     for (int c = 0; c < 3 && rotation != geometry.rotations.end(); ++c)
-      if (of_rotations[static_cast<std::size_t>(c)]) held.push_back({rotation->second, c});
+      if (of_rotations[c]) held.push_back({rotation->second, c});
   }
   return held;
 }
@@ -109,7 +109,7 @@ std::vector<Part> parts_of(const BoundaryCondition& condition, const Instance& i
   if (condition.motion == SupportMotion::none) return parts;
   Part part, coast;
   for (int c = 0; c < 3; ++c) {
-    if (!condition.fix[static_cast<std::size_t>(c)] || condition.value[c] == 0) continue;
+    if (!condition.fix[c] || condition.value[c] == 0) continue;
     part.translation[c] = condition.value[c];
     if (condition.motion != SupportMotion::velocity) coast.translation[c] = instance.velocity[c];
   }
@@ -147,7 +147,7 @@ void take_drives(const SceneIndex& index, const Instance& instance, const Geomet
       Vector moved = Vector::Zero(m);
       for (const Part& part : parts[i])
         moved[part.drive] += places.moved(axis, part.translation, part.rotation, about);
-      const BoundaryCondition*& of = first[static_cast<std::size_t>(at)];
+      const BoundaryCondition*& of = first[at];
       if (of == nullptr) {
         of = &condition;
         wanted.motion.row(at) = moved.transpose();
@@ -236,11 +236,11 @@ DrivenMotion support_motion(const SceneIndex& index, const Instance& instance) {
   if (!index.plan(instance).moves_alike) return motion;
   for (int axis = 0; axis < 3; ++axis) {
     for (const BoundaryCondition* condition : index.plan(instance).boundary) {
-      if (!condition->fix[static_cast<std::size_t>(axis)]) continue;
+      if (!condition->fix[axis]) continue;
       if (condition->moves(axis))
-        motion.axes[static_cast<std::size_t>(axis)].emplace_back(
-            condition->motion, condition->value[axis], condition->history, instance.velocity[axis],
-            *index.scene().time);
+        motion.axes[axis].emplace_back(condition->motion, condition->value[axis],
+                                       condition->history, instance.velocity[axis],
+                                       *index.scene().time);
       break;
     }
   }

@@ -23,11 +23,10 @@ GapWatch::Side GapWatch::side_of(Simulation& simulation, const ContactSurface& s
   const ContactNodes& contact = simulation.contact_nodes[surface.body];
   side.body = contact.body;
   std::vector<Index> nodes, sample;
-  for (const Index slot : surface.nodes)
-    nodes.push_back(contact.nodes[static_cast<std::size_t>(slot)]);
+  for (const Index slot : surface.nodes) nodes.push_back(contact.nodes[slot]);
   const std::size_t stride = (nodes.size() + most_samples - 1) / most_samples;
   for (std::size_t i = 0; i < nodes.size(); i += stride) sample.push_back(nodes[i]);
-  Body& body = *simulation.bodies[static_cast<std::size_t>(side.body)];
+  Body& body = *simulation.bodies[side.body];
   side.sample = body.reference_positions()(sample, Eigen::all);
   side.start = body.reference_positions()(nodes, Eigen::all).colwise().mean().transpose();
   side.mean_set = body.track_mean(nodes);
@@ -50,14 +49,13 @@ void GapWatch::start(Simulation& simulation) {
 
 void GapWatch::look(const Simulation& simulation) {
   for (Watched& watched : watched_) {
-    if (simulation.pairs[static_cast<std::size_t>(watched.pair)].seen().has_touched) continue;
-    if (const auto& wall = simulation.pairs[static_cast<std::size_t>(watched.pair)].wall)
+    if (simulation.pairs[watched.pair].seen().has_touched) continue;
+    if (const auto& wall = simulation.pairs[watched.pair].wall)
       watched.master.shift = wall->shift().end;
     for (Side* side : {&watched.slave, &watched.master}) {
       if (side->body < 0) continue;
       Vector3 position, velocity;
-      simulation.bodies[static_cast<std::size_t>(side->body)]->mean_motion(side->mean_set, position,
-                                                                           velocity);
+      simulation.bodies[side->body]->mean_motion(side->mean_set, position, velocity);
       side->shift = position - side->start;
     }
     const double least = sampled(simulation, watched);
@@ -69,7 +67,7 @@ void GapWatch::look(const Simulation& simulation) {
 }
 
 double GapWatch::sampled(const Simulation& simulation, const Watched& watched) {
-  const ContactPair& pair = simulation.pairs[static_cast<std::size_t>(watched.pair)];
+  const ContactPair& pair = simulation.pairs[watched.pair];
   const Points x = watched.slave.sample.rowwise() + watched.slave.shift.transpose();
   double least = HUGE_VAL;
   for (Index i = 0; i < x.rows(); ++i) {
@@ -86,7 +84,7 @@ double GapWatch::sampled(const Simulation& simulation, const Watched& watched) {
 
 double GapWatch::distance(const Simulation& simulation, const Watched& watched,
                           const Vector3& slave_shift, const Vector3& master_shift) {
-  const ContactPair& pair = simulation.pairs[static_cast<std::size_t>(watched.pair)];
+  const ContactPair& pair = simulation.pairs[watched.pair];
   const Points slave = contact_points(simulation, *pair.slave);
   if (!pair.wall) {
     const Points master = contact_points(simulation, *pair.master);

@@ -94,7 +94,7 @@ void InstanceElements::add_nodes() {
 Index InstanceElements::node_of_part(std::size_t p, Index local) const {
   const std::vector<Index>& node = of_.parts[p].node;
   const auto n = static_cast<Index>(node.size());
-  return local < n ? node[static_cast<std::size_t>(local)] : first_interior_[p] + local - n;
+  return local < n ? node[local] : first_interior_[p] + local - n;
 }
 
 void InstanceElements::add_mesh() {
@@ -103,7 +103,7 @@ void InstanceElements::add_mesh() {
     if (dimension(block.type) != 3) continue;
     Group group{block.name,         block.id,          block.type, of_.properties[b],
                 block.connectivity, block.element_ids, 0};
-    for (Index& node : group.nodes.reshaped()) node = of_.body_node[static_cast<std::size_t>(node)];
+    for (Index& node : group.nodes.reshaped()) node = of_.body_node[node];
     groups_.push_back(std::move(group));
   }
 }
@@ -146,9 +146,9 @@ void InstanceElements::find_places() {
         places_.push_back({node, group.material, group.block_id});
         counts.push_back(0);
       }
-      Index& block = places_[static_cast<std::size_t>(place)].block_id;
+      Index& block = places_[place].block_id;
       block = std::min(block, group.block_id);
-      counts[static_cast<std::size_t>(place)] += 1;
+      counts[place] += 1;
     }
   }
   shares_ =
@@ -196,8 +196,7 @@ Vector interface_motion(const ReducedPart& part, Index n_modal, const Vector& q)
   Vector u_c(s.c());
   for (Index i = 0; i < s.c(); ++i) {
     const auto dof = static_cast<std::size_t>(i);
-    u_c[i] = q[n_modal + 3 * part.node[static_cast<std::size_t>(s.dof_node[dof])] +
-               s.dof_component[dof] % 3];
+    u_c[i] = q[n_modal + 3 * part.node[s.dof_node[dof]] + s.dof_component[dof] % 3];
   }
   return u_c;
 }
@@ -222,7 +221,7 @@ Points InstanceElements::displacements(const Vector& q) const {
 Matrix InstanceElements::dense_rows(const std::vector<Index>& nodes) const {
   Matrix rows = Matrix::Zero(3 * static_cast<Index>(nodes.size()), n_coordinates());
   for (Index i = 0; i < static_cast<Index>(nodes.size()); ++i) {
-    const Index node = nodes[static_cast<std::size_t>(i)];
+    const Index node = nodes[i];
     if (node < n_body_) {
       for (int d = 0; d < 3; ++d) rows(3 * i + d, dof(node) + d) = 1;
       continue;
@@ -237,8 +236,7 @@ Matrix InstanceElements::dense_rows(const std::vector<Index>& nodes) const {
     rows.block(3 * i, part.first_mode, 3, s.k()) = recovery.Phi.middleRows(local, 3);
     for (Index c = 0; c < s.c(); ++c) {
       const auto j = static_cast<std::size_t>(c);
-      const Index column =
-          dof(part.node[static_cast<std::size_t>(s.dof_node[j])]) + s.dof_component[j] % 3;
+      const Index column = dof(part.node[s.dof_node[j]]) + s.dof_component[j] % 3;
       rows.block(3 * i, column, 3, 1) = recovery.Psi.block(local, c, 3, 1);
     }
   }

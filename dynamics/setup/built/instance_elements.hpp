@@ -45,7 +45,7 @@ class InstanceElements {
   Index n_nodes() const { return X_.rows(); }
   Index n_elements() const;
   Index n_materials() const { return n_materials_; }
-  Index node_id(Index node) const { return ids_[static_cast<std::size_t>(node)]; }
+  Index node_id(Index node) const { return ids_[node]; }
   Vector3 position(Index node) const { return X_.row(node).transpose(); }  // undeformed
   // Node `local` of [interface; interior] of a part.
   Index node_of_part(std::size_t part, Index local) const;

@@ -18,8 +18,7 @@ std::vector<std::array<Index, 2>> edges_of(const Geometry& geometry,
     const IndexTable faces = linear_faces(surface).faces;
     for (Index f = 0; f < faces.rows(); ++f)
       for (Index k = 0; k < 4; ++k) {
-        const auto [a, b] = std::minmax(place[static_cast<std::size_t>(faces(f, k))],
-                                        place[static_cast<std::size_t>(faces(f, (k + 1) % 4))]);
+        const auto [a, b] = std::minmax(place[faces(f, k)], place[faces(f, (k + 1) % 4)]);
         if (a != b) edges.insert({a, b});
       }
   }
@@ -43,12 +42,11 @@ std::optional<StrainWatch::Worst> above(double limit, const StrainWatch::Worst& 
 }  // namespace
 
 void StrainWatch::add(Simulation& simulation, Index body, double size, const Geometry& geometry) {
-  Body& of = *simulation.bodies[static_cast<std::size_t>(body)];
+  Body& of = *simulation.bodies[body];
   std::vector<Index> nodes = nodes_with_displacements(geometry, of.n_nodes());
   if (nodes.empty()) return;
   std::vector<Index> place(static_cast<std::size_t>(of.n_nodes()), 0);
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    place[static_cast<std::size_t>(nodes[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < nodes.size(); ++i) place[nodes[i]] = static_cast<Index>(i);
   const Index set = of.track(nodes);
   watched_.push_back({body, set, size, std::move(nodes), edges_of(geometry, place)});
 }
@@ -59,7 +57,7 @@ void StrainWatch::look(const Simulation& simulation, double t) {
     if (value > worst.value) worst = {body, value, t};
   };
   for (const Watched& watched : watched_) {
-    const Body& body = *simulation.bodies[static_cast<std::size_t>(watched.body)];
+    const Body& body = *simulation.bodies[watched.body];
     const Points X = body.reference_positions()(watched.nodes, Eigen::all);
     Points u(X.rows(), 3);
     body.positions(watched.set, u);

@@ -472,7 +472,7 @@ MeshedComponent read_meshed(SceneIndex& index, const Component& component,
     for (const FixedSet& set : component.reduction->fixed)
       for (const Index node : find_nodes(*geometry, component.name, set.nodes, set.source))
         for (int c = 0; c < 3; ++c)
-          if (set.fix[static_cast<std::size_t>(c)]) geometry->fixed.emplace(node, c);
+          if (set.fix[c]) geometry->fixed.emplace(node, c);
   meshed.geometry = geometry;
   const PlannedComponent planned{.geometry = *meshed.geometry,
                                  .as_modes = options.mesh_modes.has_value()};

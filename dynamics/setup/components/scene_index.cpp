@@ -129,9 +129,7 @@ SceneIndex::SceneIndex(const Scene& scene) : scene_(scene), plans_(scene.instanc
     for (const auto& [name, point] : component.points)
       plans_[i].only_impulses &= !point.has_mass() && !point.rigid;
   }
-  const auto plan = [&](const std::string& name) -> InstancePlan& {
-    return plans_[static_cast<std::size_t>(place(name))];
-  };
+  const auto plan = [&](const std::string& name) -> InstancePlan& { return plans_[place(name)]; };
   for (const BoundaryCondition& condition : scene.boundary)
     plan(condition.instance).boundary.push_back(&condition);
   for (const Load& load : scene.loads)

@@ -22,9 +22,7 @@ class SceneIndex {
   const Scene& scene() const { return scene_; }
   // Index in scene.instances; precondition: it exists (read_scene has checked).
   Index place(const std::string& instance) const { return places_.at(instance); }
-  const InstancePlan& plan(const Instance& instance) const {
-    return plans_[static_cast<std::size_t>(place(instance.name))];
-  }
+  const InstancePlan& plan(const Instance& instance) const { return plans_[place(instance.name)]; }
   std::vector<InstancePlan>& plans() { return plans_; }  // in the order of the instances
   // Of the instances of a component that are this.
   std::vector<InstancePlan*> plans(const Component& component, InstanceKind as);

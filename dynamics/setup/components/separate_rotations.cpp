@@ -17,7 +17,7 @@ std::map<Index, Index> separate_rotations(Superelement& s) {
   s.node_ids.resize(static_cast<std::size_t>(n + more));
   for (const auto& [node, rotation] : rotations) {
     s.coordinates.row(rotation) = s.coordinates.row(node);
-    s.node_ids[static_cast<std::size_t>(rotation)] = s.node_ids[static_cast<std::size_t>(node)];
+    s.node_ids[rotation] = s.node_ids[node];
   }
   // Recovery data number interior nodes after the interface's last
   const auto shift = [&](Index& place) { place += place >= n ? more : 0; };

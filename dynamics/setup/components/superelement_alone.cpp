@@ -26,7 +26,7 @@ void take_options(ReductionOptions& reduction) {
   fixed.source = reduction.source;
   const Matrix resisted = file.read_matrix("/fixed/resisted");
   for (Index axis = 0; axis < std::min<Index>(3, resisted.cols()); ++axis)
-    fixed.fix[static_cast<std::size_t>(axis)] = resisted.col(axis).norm() > 1e-9;
+    fixed.fix[axis] = resisted.col(axis).norm() > 1e-9;
 }
 
 }  // namespace

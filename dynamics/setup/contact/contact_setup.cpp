@@ -47,8 +47,8 @@ class SharedByPairs {
     DrivenMotion motion;
     for (int axis = 0; axis < 3; ++axis)
       if (options.value[axis] != 0)
-        motion.axes[static_cast<std::size_t>(axis)].emplace_back(
-            options.motion, options.value[axis], options.history, 0, time_);
+        motion.axes[axis].emplace_back(options.motion, options.value[axis], options.history, 0,
+                                       time_);
     return motion;
   }
 
@@ -89,7 +89,7 @@ class TiedNodes {
     const auto add_slave = [&](const ContactSurface& slave, const ContactSurface& master) {
       std::set<Index>& nodes = nodes_[{slave.body, master.body}];
       for (const ContactPoint& point : ties_of(slave, master, pair.adjust, sim).points)
-        nodes.insert(slave.nodes[static_cast<std::size_t>(point.slot)]);
+        nodes.insert(slave.nodes[point.slot]);
     };
     add_slave(*pair.slave, *pair.master);
     add_slave(*pair.master, *pair.slave);
@@ -123,10 +123,10 @@ bool meets_unlike(const ContactEntry& entry, const ContactPair& pair, const Simu
   std::set<Index> met;
   bool any_beside = false;
   for (const ContactPoint& point : ties.points) {
-    met.insert(slave.nodes[static_cast<std::size_t>(point.slot)]);
+    met.insert(slave.nodes[point.slot]);
     double most = 0;
     for (Index t = point.first_term + 1; t < point.first_term + point.n_terms; ++t)
-      most = std::max(most, -ties.terms[static_cast<std::size_t>(t)].coefficient);
+      most = std::max(most, -ties.terms[t].coefficient);
     any_beside |= most < at_node;
   }
   for (Index f = 0; any_beside && f < slave.faces.rows(); ++f)

@@ -112,7 +112,7 @@ SparseMatrix on_nodes(const SparseMatrix& matrix, const std::vector<Index>& from
   std::vector<Eigen::Triplet<double, Index>> entries;
   for (Index a = 0; a < matrix.cols(); ++a)
     for (SparseMatrix::InnerIterator it(matrix, a); it; ++it) {
-      const Index node = from[static_cast<std::size_t>(it.row())];
+      const Index node = from[it.row()];
       entries.emplace_back(std::lower_bound(to.begin(), to.end(), node) - to.begin(), a,
                            it.value());
     }

@@ -25,7 +25,7 @@ Shapes shapes_of(const ReducedPart& part, const std::vector<char>& on_face) {
   const Superelement& s = *part.superelement;
   std::vector<Index> rows;
   for (Index i = 0; i < s.c(); ++i)
-    if (on_face[static_cast<std::size_t>(part.node[s.dof_node[i]])] != 0) rows.push_back(i);
+    if (on_face[part.node[s.dof_node[i]]] != 0) rows.push_back(i);
   if (s.characteristic.V.rows() != s.c() || rows.empty()) return {};
   const PivotedQr qr(s.characteristic.V(rows, Eigen::all), weakest_shape);
   return {qr.rank(), static_cast<Index>(rows.size())};
@@ -80,8 +80,7 @@ void look_for_friction_shapes(const ContactPair& pair, const BuiltScene& built, 
     const ReducedPart& part = instance.parts[0];
     const Index n_nodes = built.simulation.bodies[contact.body]->n_nodes();
     std::vector<char> on_face(static_cast<std::size_t>(n_nodes), 0);
-    for (const Index node : surface->nodes)
-      on_face[static_cast<std::size_t>(contact.nodes[node])] = 1;
+    for (const Index node : surface->nodes) on_face[contact.nodes[node]] = 1;
     const Statics statics = statics_of(part, on_face);
     if (statics == Statics::normal)
       refuse_normals_alone(pair, *surface, component_of(scene, scene.instances[contact.body]),

@@ -164,7 +164,7 @@ class LinkMaker {
     points.point_motion(*sim_.bodies[i], place, d, theta, velocity, spin);
     joint.rates << joint.axes * velocity, joint.axes * spin;
     std::array<bool, 6> is_on{};
-    for (Index m = 0; m < 6; ++m) is_on[static_cast<std::size_t>(m)] = joint.mass(m, m) > 0;
+    for (Index m = 0; m < 6; ++m) is_on[m] = joint.mass(m, m) > 0;
     for (Index m = 0; m < 6; ++m)
       if (!(joint.mass(m, m) > 0)) joint.rates[m] = 0;
     LinkOptions link;
@@ -290,8 +290,8 @@ class LinkMaker {
     auto of = std::make_shared<DrivenLink>();
     for (Index axis = 0; axis < 3; ++axis)
       if (value[axis] != 0)
-        of->motion.axes[static_cast<std::size_t>(axis)].emplace_back(
-            link.motion, value[axis], link.history, 0, *index_.scene().time);
+        of->motion.axes[axis].emplace_back(link.motion, value[axis], link.history, 0,
+                                           *index_.scene().time);
     return of;
   }
 

@@ -25,8 +25,7 @@ std::vector<Face> faces_of(const Mesh& mesh) {
         const int n = n_corners(side_kind(block.type, side));
         Face face;
         for (int i = 0; i < 4; ++i)
-          face.corners[static_cast<std::size_t>(i)] =
-              block.connectivity(e, local[static_cast<std::size_t>(std::min(i, n - 1))]);
+          face.corners[i] = block.connectivity(e, local[std::min(i, n - 1)]);
         face.key = face.corners;
         std::sort(face.key.begin(), face.key.end());
         faces.push_back(face);

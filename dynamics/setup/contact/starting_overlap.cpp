@@ -152,7 +152,7 @@ void warn(const ContactPair& pair, const NodesAndFaces& of, const Found& found,
           const BuiltScene& built, Report& report) {
   const ContactNodes& slave = built.simulation.contact_nodes[of.slave.body];
   const Geometry& geometry = *built.instances[slave.body].geometry;
-  const Index id = geometry.node_ids[static_cast<std::size_t>(slave.nodes[found.slot])];
+  const Index id = geometry.node_ids[slave.nodes[found.slot]];
   report.warning(
       pair.source->text() + ": contact " + pair.name + ": node id " + std::to_string(id) + " of " +
       of.slave.name + format_text(" starts %.3g behind the faces of ", found.depth) +

@@ -62,7 +62,7 @@ class Assembled {
     Triplets mass;
     double lowest = std::numeric_limits<double>::infinity(), far = 0;
     for (const Index b : bodies_) {
-      const BodyModes& body = scene_.bodies[static_cast<std::size_t>(b)];
+      const BodyModes& body = scene_.bodies[b];
       Part part{&body, n, body.omega().size(), nullptr};
       if (body.mesh() != nullptr && !body.mesh()->is_complete()) {
         part.mesh = body.mesh();
@@ -92,10 +92,10 @@ class Assembled {
         ties.push_back(&tie);
     const auto m = static_cast<Index>(ties.size());
     for (Index t = 0; t < m; ++t)
-      if (!ties[static_cast<std::size_t>(t)]->is_dashpot) stiff_.push_back(t);
+      if (!ties[t]->is_dashpot) stiff_.push_back(t);
     if (m > most_rows)
       throw InputError(scene_.scene.file.string() + ": instance '" +
-                       scene_.built.instances[static_cast<std::size_t>(bodies_.front())].name +
+                       scene_.built.instances[bodies_.front()].name +
                        "' and what is joined to it have " + std::to_string(m) +
                        " conditions of ties and links, and --modes takes at most " +
                        std::to_string(most_rows) +
@@ -106,7 +106,7 @@ class Assembled {
       std::vector<NodalSum> sums;
       std::vector<Index> rows;
       for (Index t = 0; t < m; ++t)
-        for (const auto& [of, sum] : ties[static_cast<std::size_t>(t)]->of_bodies)
+        for (const auto& [of, sum] : ties[t]->of_bodies)
           if (of == bodies_[i]) {
             sums.push_back(sum);
             rows.push_back(t);
@@ -123,15 +123,13 @@ class Assembled {
       const SparseMatrix A = part.body->mesh_rows(sums) * part.mesh->Z;
       for (Index j = 0; j < A.cols(); ++j)
         for (SparseMatrix::InnerIterator it(A, j); it; ++it)
-          entries.emplace_back(rows[static_cast<std::size_t>(it.row())], part.first + j,
-                               it.value());
+          entries.emplace_back(rows[it.row()], part.first + j, it.value());
       return;
     }
     const ModalAnswer answer = part.body->answer(sums);
     for (Index j = 0; j < answer.A.cols(); ++j)
       for (Index i = 0; i < answer.A.rows(); ++i)
-        if (answer.A(i, j) != 0)
-          entries.emplace_back(rows[static_cast<std::size_t>(i)], part.first + j, answer.A(i, j));
+        if (answer.A(i, j) != 0) entries.emplace_back(rows[i], part.first + j, answer.A(i, j));
     if (!answer.S.empty()) {
       S_(rows, rows) += answer.S.front();
       if (!part.body->is_joint()) S_bodies_(rows, rows) += answer.S.front();
@@ -158,8 +156,7 @@ class Assembled {
     }
     const Matrix of_stiff = W(stiff_, stiff_);
     kept_.clear();
-    for (const Index row : independent_rows(of_stiff))
-      kept_.push_back(stiff_[static_cast<std::size_t>(row)]);
+    for (const Index row : independent_rows(of_stiff)) kept_.push_back(stiff_[row]);
     Matrix kept = W(kept_, kept_);
     W_ = std::make_unique<Cholesky>(Matrix(0.5 * (kept + kept.transpose())));
     if (!W_->ok()) throw RunError("the ties of the joined instances contradict each other");
@@ -207,7 +204,7 @@ class Assembled {
         c += x.cwiseAbs2().transpose() * parts_[i].body->damping_rates();
         continue;
       }
-      const auto& of = scene_.built.instances[static_cast<std::size_t>(bodies_[i])];
+      const auto& of = scene_.built.instances[bodies_[i]];
       c += of_mesh(of.damping, *parts_[i].mesh, x, omega);
     }
     if (dashpots_.empty()) return c;
@@ -261,7 +258,7 @@ bool needs_assembly(const ModalScene& scene, const std::vector<Index>& bodies) {
     return is_in(tie.of_bodies.front().first);
   });
   return is_joined && std::any_of(bodies.begin(), bodies.end(), [&](Index b) {
-           const MeshModes* mesh = scene.bodies[static_cast<std::size_t>(b)].mesh();
+           const MeshModes* mesh = scene.bodies[b].mesh();
            return mesh != nullptr && !mesh->is_complete();
          });
 }

@@ -94,7 +94,7 @@ class Sweep {
     drives_.resize(modal.bodies.size());
     for (std::size_t t = 0; t < modal.ties.size(); ++t)
       for (const auto& [body, sum] : modal.ties[t].of_bodies) {
-        Asked& of = asked_[static_cast<std::size_t>(body)];
+        Asked& of = asked_[body];
         of.tie.push_back(static_cast<Index>(t));
         of.sums.push_back(sum);
       }
@@ -135,12 +135,12 @@ class Sweep {
   void ask(const SurfaceName& name, std::size_t set, const Monitor& monitor) {
     if (monitor.is_inside())
       refuse(name.source, "output.history: '" + name.text() + "'", feature::inside, feature::sweep);
-    const auto& of = modal_.built.instances[static_cast<std::size_t>(monitor.body)];
-    const Body& body = *modal_.built.simulation.bodies[static_cast<std::size_t>(monitor.body)];
+    const auto& of = modal_.built.instances[monitor.body];
+    const Body& body = *modal_.built.simulation.bodies[monitor.body];
     const std::vector<Index> nodes =
         monitor.has_point ? std::vector<Index>{body.points()->translation_node(monitor.point)}
                           : find_nodes(*of.geometry, name.instance, name.surface, name.source);
-    Asked& asked = asked_[static_cast<std::size_t>(monitor.body)];
+    Asked& asked = asked_[monitor.body];
     asked.set.push_back(set);
     for (int axis = 0; axis < 3; ++axis) {
       NodalSum sum;
@@ -183,7 +183,7 @@ class Sweep {
     ComplexVector y = of.A.cast<Complex>() * inverse.cwiseProduct(g) + left_out;
     if (drives_[b].any())
       for (Index i = 0; i < y.size(); ++i)
-        y[i] += carried(b, asked_[b].sums[static_cast<std::size_t>(i)]).cast<Complex>().dot(s);
+        y[i] += carried(b, asked_[b].sums[i]).cast<Complex>().dot(s);
     return y;
   }
 
@@ -216,10 +216,8 @@ class Sweep {
       if (!asked_[b].answer.S.empty()) W(tie, tie) += asked_[b].answer.S[0].topLeftCorner(n, n);
     }
     std::vector<Index> stiff;
-    for (Index t = 0; t < m; ++t)
-      (modal_.ties[static_cast<std::size_t>(t)].is_dashpot ? rows_ : stiff).push_back(t);
-    for (const Index row : independent_rows(W(stiff, stiff)))
-      rows_.push_back(stiff[static_cast<std::size_t>(row)]);
+    for (Index t = 0; t < m; ++t) (modal_.ties[t].is_dashpot ? rows_ : stiff).push_back(t);
+    for (const Index row : independent_rows(W(stiff, stiff))) rows_.push_back(stiff[row]);
     std::sort(rows_.begin(), rows_.end());
   }
 
@@ -270,9 +268,8 @@ class Sweep {
     const ComplexMatrix of_body =
         A * inverse.asDiagonal() * A.transpose() + statics(b, w).topLeftCorner(m, m);
     for (Index i = 0; i < m; ++i) {
-      apart[tie[static_cast<std::size_t>(i)]] += y[i];
-      for (Index j = 0; j < m; ++j)
-        W(tie[static_cast<std::size_t>(i)], tie[static_cast<std::size_t>(j)]) += of_body(i, j);
+      apart[tie[i]] += y[i];
+      for (Index j = 0; j < m; ++j) W(tie[i], tie[j]) += of_body(i, j);
     }
   }
 
@@ -289,7 +286,7 @@ class Sweep {
     right << b(rows).real(), b(rows).imag();
     const Vector x = Lu(std::move(real)).solve(right);
     ComplexVector out = ComplexVector::Zero(W.rows());
-    for (Index i = 0; i < n; ++i) out[rows[static_cast<std::size_t>(i)]] = Complex(x[i], x[n + i]);
+    for (Index i = 0; i < n; ++i) out[rows[i]] = Complex(x[i], x[n + i]);
     return out;
   }
 

@@ -32,14 +32,14 @@ void add_rows(const Simulation& sim, const ContactList& list, std::vector<TieRow
       if (direction.isZero(0)) continue;
       TieRow row;
       for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
-        const ContactTerm& term = list.terms[static_cast<std::size_t>(t)];
-        const ContactNodes& contact = sim.contact_nodes[static_cast<std::size_t>(term.body)];
+        const ContactTerm& term = list.terms[t];
+        const ContactNodes& contact = sim.contact_nodes[term.body];
         const auto of = std::find_if(row.of_bodies.begin(), row.of_bodies.end(),
                                      [&](const auto& one) { return one.first == contact.body; });
         NodalSum& sum = of == row.of_bodies.end()
                             ? row.of_bodies.emplace_back(contact.body, NodalSum()).second
                             : of->second;
-        const Index node = contact.nodes[static_cast<std::size_t>(term.node)];
+        const Index node = contact.nodes[term.node];
         sum.terms.emplace_back(node, term.coefficient * direction);
         if (const auto* joint = dynamic_cast<const JointBody*>(sim.bodies[contact.body].get()))
           row.is_dashpot |= is_without_spring(*joint, node, direction);
@@ -151,7 +151,7 @@ Matrix BodyModes::modal_rows(const std::vector<NodalSum>& sums) const {
   const ModalForm& form = modal_->form();
   Matrix A = Matrix::Zero(static_cast<Index>(sums.size()), form.omega.size());
   for (Index i = 0; i < A.rows(); ++i) {
-    for (const auto& [node, weight] : sums[static_cast<std::size_t>(i)].terms) {
+    for (const auto& [node, weight] : sums[i].terms) {
       const Vector3 local = modal_->axes().transpose() * weight;
       for (int d = 0; d < 3; ++d)
         if (const Index row = modal_->rows()(node, d); row >= 0 && local[d] != 0)
@@ -203,7 +203,7 @@ ModalAnswer BodyModes::answer_of_joint(const std::vector<NodalSum>& sums) const 
   const auto m = static_cast<Index>(sums.size());
   Matrix B = Matrix::Zero(m, 6);
   for (Index i = 0; i < m; ++i)
-    for (const auto& [node, weight] : sums[static_cast<std::size_t>(i)].terms)
+    for (const auto& [node, weight] : sums[i].terms)
       B.row(i).segment<3>(3 * node) += (joint.axes * weight).transpose();
   ModalAnswer answer;
   answer.r = {Vector::Zero(m)};
@@ -228,10 +228,9 @@ ModalAnswer BodyModes::answer_of_modes(const std::vector<NodalSum>& sums, int te
     const StaticRows& rows = modal_->form().residual->rows;
     Matrix B = Matrix::Zero(m, rows.size());
     for (Index i = 0; i < m; ++i)
-      for (const auto& [node, weight] : sums[static_cast<std::size_t>(i)].terms)
+      for (const auto& [node, weight] : sums[i].terms)
         for (Index s = 0; s < rows.size(); ++s)
-          if (rows.node[static_cast<std::size_t>(s)] == node)
-            B(i, s) += rows.direction.row(s) * (T.transpose() * weight);
+          if (rows.node[s] == node) B(i, s) += rows.direction.row(s) * (T.transpose() * weight);
     const Matrix FB = rows.F * B.transpose();
     answer.S = {B * FB};
     answer.r = {FB.transpose() * modal_->residual().load()};
@@ -249,7 +248,7 @@ void BodyModes::add_series(const std::vector<NodalSum>& sums, int terms,
   SparseMatrix A(m, 3 * modal_->own_nodes().rows());
   std::vector<Eigen::Triplet<double, Index>> entries;
   for (Index i = 0; i < m; ++i)
-    for (const auto& [node, weight] : sums[static_cast<std::size_t>(i)].terms)
+    for (const auto& [node, weight] : sums[i].terms)
       for (int c = 0; c < 3; ++c) entries.emplace_back(i, 3 * node + c, local(weight)[c]);
   A.setFromTriplets(entries.begin(), entries.end());
   const SparseMatrix At = A.transpose();
@@ -284,8 +283,7 @@ std::vector<Index> independent_rows(const Matrix& W) {
   const Vector scale = Vector(W.diagonal()(moved)).cwiseSqrt().cwiseInverse();
   const PivotedQr qr(scale.asDiagonal() * W(moved, moved) * scale.asDiagonal(), implied);
   std::vector<Index> rows;
-  for (Index j = 0; j < qr.rank(); ++j)
-    rows.push_back(moved[static_cast<std::size_t>(qr.column(j))]);
+  for (Index j = 0; j < qr.rank(); ++j) rows.push_back(moved[qr.column(j)]);
   std::sort(rows.begin(), rows.end());
   return rows;
 }

@@ -29,23 +29,23 @@ std::vector<std::vector<Index>> groups_of(const ModalScene& scene) {
   std::vector<Index> first(scene.bodies.size());
   std::iota(first.begin(), first.end(), Index{0});
   const auto root = [&](Index b) {
-    while (first[static_cast<std::size_t>(b)] != b) b = first[static_cast<std::size_t>(b)];
+    while (first[b] != b) b = first[b];
     return b;
   };
   for (const TieRow& tie : scene.ties)
     for (const auto& [body, sum] : tie.of_bodies) {
       const Index a = root(body), b = root(tie.of_bodies.front().first);
-      first[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+      first[std::max(a, b)] = std::min(a, b);
     }
   std::vector<std::vector<Index>> groups;
   std::vector<Index> place(scene.bodies.size(), -1);
   for (Index b = 0; b < static_cast<Index>(scene.bodies.size()); ++b) {
-    Index& of = place[static_cast<std::size_t>(root(b))];
+    Index& of = place[root(b)];
     if (of < 0) {
       of = static_cast<Index>(groups.size());
       groups.emplace_back();
     }
-    groups[static_cast<std::size_t>(of)].push_back(b);
+    groups[of].push_back(b);
   }
   return groups;
 }
@@ -76,7 +76,7 @@ Joined join(const ModalScene& scene, const std::vector<Index>& bodies) {
   Index n = 0;
   for (const Index b : bodies) {
     joined.first.push_back(n);
-    n += scene.bodies[static_cast<std::size_t>(b)].omega().size();
+    n += scene.bodies[b].omega().size();
   }
   joined.lambda.resize(n);
   joined.c.resize(n);
@@ -91,14 +91,14 @@ Joined join(const ModalScene& scene, const std::vector<Index>& bodies) {
   joined.A = Matrix::Zero(m, n);
   joined.S = joined.S_bodies = Matrix::Zero(m, m);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const BodyModes& body = scene.bodies[static_cast<std::size_t>(bodies[i])];
+    const BodyModes& body = scene.bodies[bodies[i]];
     const Index size = body.omega().size();
     joined.lambda.segment(joined.first[i], size) = body.omega().cwiseAbs2();
     joined.c.segment(joined.first[i], size) = body.damping_rates();
     std::vector<NodalSum> sums;
     std::vector<Index> rows;
     for (Index t = 0; t < m; ++t)
-      for (const auto& [of, sum] : ties[static_cast<std::size_t>(t)]->of_bodies)
+      for (const auto& [of, sum] : ties[t]->of_bodies)
         if (of == bodies[i]) {
           sums.push_back(sum);
           rows.push_back(t);
@@ -194,14 +194,13 @@ struct GroupModes {
 
 GroupModes modes_of_joined(const ModalScene& scene, const std::vector<Index>& bodies, Index count) {
   const Joined joined = join(scene, bodies);
-  const Modes modes =
-      bodies.size() == 1 && joined.A.rows() == 0
-          ? modes_of_one(scene.bodies[static_cast<std::size_t>(bodies.front())], count)
-          : modes_of(joined, count);
+  const Modes modes = bodies.size() == 1 && joined.A.rows() == 0
+                          ? modes_of_one(scene.bodies[bodies.front()], count)
+                          : modes_of(joined, count);
   GroupModes of{modes.lambda, damping_of(joined, modes), {}};
   for (std::size_t i = 0; i < bodies.size(); ++i)
-    of.shapes.push_back(modes.shapes.middleRows(
-        joined.first[i], scene.bodies[static_cast<std::size_t>(bodies[i])].omega().size()));
+    of.shapes.push_back(
+        modes.shapes.middleRows(joined.first[i], scene.bodies[bodies[i]].omega().size()));
   return of;
 }
 
@@ -210,7 +209,7 @@ GroupModes modes_of_assembled(ModalScene& scene, const std::vector<Index>& bodie
   AssembledModes modes = assembled_modes(scene, bodies, count);
   GroupModes of{modes.lambda, modes.c, std::move(modes.shapes)};
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    BodyModes& body = scene.bodies[static_cast<std::size_t>(bodies[i])];
+    BodyModes& body = scene.bodies[bodies[i]];
     if (body.mesh() == nullptr || body.mesh()->is_complete()) continue;
     body.take_shapes(of.shapes[i]);
     of.shapes[i] = Matrix::Identity(of.lambda.size(), of.lambda.size());
@@ -222,9 +221,9 @@ InstanceModes of_group(ModalScene& scene, const std::vector<Index>& bodies, Inde
   InstanceModes of;
   std::vector<std::string> names;
   for (const Index b : bodies) {
-    if (scene.bodies[static_cast<std::size_t>(b)].is_joint()) continue;
+    if (scene.bodies[b].is_joint()) continue;
     of.bodies.push_back(b);
-    names.push_back(scene.built.instances[static_cast<std::size_t>(b)].name);
+    names.push_back(scene.built.instances[b].name);
   }
   of.instance = names.front();
   for (std::size_t i = 1; i < names.size(); ++i) of.instance += "+" + names[i];

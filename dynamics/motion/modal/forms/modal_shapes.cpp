@@ -27,8 +27,8 @@ Matrix held_rows(const Superelement& s, const std::vector<HeldDirection>& held) 
   Matrix C = Matrix::Zero(static_cast<Index>(held.size()), s.c());
   for (Index i = 0; i < C.rows(); ++i)
     for (int d = 0; d < 3; ++d)
-      if (const Index row = rows(held[static_cast<std::size_t>(i)].node, d); row >= 0)
-        C(i, row - s.k()) = held[static_cast<std::size_t>(i)].direction[d];
+      if (const Index row = rows(held[i].node, d); row >= 0)
+        C(i, row - s.k()) = held[i].direction[d];
   return C;
 }
 
@@ -69,8 +69,7 @@ SupportShapes modal_shapes(const Superelement& s, const ModalForm& free,
   shapes.inertia.setZero(k + 3 * n, m);
   shapes.psi.topRows(k) = shapes.inertia.topRows(k) = q;
   for (Index i = 0; i < c; ++i)
-    shapes.psi.row(k + 3 * s.dof_node[static_cast<std::size_t>(i)] +
-                   s.dof_component[static_cast<std::size_t>(i)] % 3) = u.row(i);
+    shapes.psi.row(k + 3 * s.dof_node[i] + s.dof_component[i] % 3) = u.row(i);
   const Matrix stiffness = motion.transpose() * f;
   shapes.stiffness = 0.5 * (stiffness + stiffness.transpose());
   shapes.momentum = free.E.transpose() * q;
@@ -87,7 +86,7 @@ SupportShapes rigid_shapes(const Superelement& nodes, const std::vector<HeldDire
       rigid_modes(nodes.coordinates, body.center, n_turning / 3) * scales.asDiagonal();  // 3 N x 6
   Matrix CR(motion.rows(), 6);
   for (Index i = 0; i < CR.rows(); ++i) {
-    const HeldDirection& h = held[static_cast<std::size_t>(i)];
+    const HeldDirection& h = held[i];
     CR.row(i) = h.direction.transpose() * R.middleRows(3 * h.node, 3);
   }
   const Matrix Q = acting(CR), y = Q * PivotedQr(CR * Q).solve(motion);  // 6 x m

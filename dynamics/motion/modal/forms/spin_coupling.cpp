@@ -37,8 +37,7 @@ SpinCoupling::SpinCoupling(const Matrix& P, Index n_rigid, Index n) : first_(n_r
 
 Matrix SpinCoupling::drift(const Vector& eta) const {
   Matrix drift(size(), 3);
-  for (Index a = 0; a < 3; ++a)
-    drift.col(a) = -by_columns(G_[static_cast<std::size_t>(a)], eta.segment(first_, size()));
+  for (Index a = 0; a < 3; ++a) drift.col(a) = -by_columns(G_[a], eta.segment(first_, size()));
   return drift;
 }
 
