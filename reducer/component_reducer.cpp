@@ -121,7 +121,7 @@ void ComponentReducer::reduce_component(const Scene& scene, const Component& com
   if (state == FileState::without_form && !command_.is_first()) return;
   if (state == FileState::without_form) return add_form(component, inputs);
   if (state == FileState::current) {
-    warn_of_blocks(component, provenance_of(Hdf5Reader(reduction.superelement)), report_);
+    warn_of_blocks(component, Hdf5Reader(reduction.superelement).texts("/provenance"), report_);
     report_.line(component.name + ": " + reduction.superelement.string() +
                  " is up to date: nothing to do");
     return;

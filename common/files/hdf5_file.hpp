@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -43,7 +44,8 @@ class Hdf5Writer {
   // From here on datasets are small in the file and slow to write (shuffle, deflate), or no longer.
   void compress(bool all);
   // From here on each dataset gets the attribute `checksum`: XXH3 (64 bit) of its numbers as they
-  // are in the file, int64. `digest`: of those that a copy holds.
+  // are in the file, int64. Each object with texts gets `checksums_of_texts`. `digest`: of those
+  // that a copy holds.
   void add_checksums(Index digest = 0);
   // add_checksums(), and the root attributes that each of our formats has.
   void start(const std::string& format, const std::string& version, const std::string& program);
@@ -88,7 +90,6 @@ class Hdf5Reader {
   const std::filesystem::path& file() const;
   bool has(const std::string& object) const;
   std::vector<std::string> children(const std::string& group) const;  // by name
-  std::vector<std::string> attributes(const std::string& object) const;
   std::vector<Index> shape(const std::string& dataset) const;
   double read_scalar(const std::string& dataset) const;
   Vector read_vector(const std::string& dataset) const;
@@ -101,11 +102,12 @@ class Hdf5Reader {
   // of bytes. With their padding.
   std::vector<std::string> read_texts(const std::string& dataset) const;
   bool has_attribute(const std::string& object, const std::string& attribute) const;
-  bool is_string(const std::string& object, const std::string& attribute) const;
+  // Those of an object, by name; none without it.
+  std::map<std::string, std::string> texts(const std::string& object) const;
   std::string read_string(const std::string& object, const std::string& attribute) const;
   Index read_index(const std::string& object, const std::string& attribute) const;
-  // Reads all datasets of a group, tables of doubles in pieces. InputError names the first that
-  // does not match.
+  // Reads all texts and datasets of a group, tables of doubles in pieces. InputError names the
+  // first that does not match.
   ComparedChecksums compare_checksums(const std::string& group) const;
 
  private:

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "common/base/checksum.hpp"
 #include "common/base/types.hpp"
@@ -68,6 +69,28 @@ inline std::optional<Index> checksum_of(hid_t dataset) {
       H5Aread(attribute, H5T_NATIVE_INT64, &value) < 0)
     return {};
   return value;
+}
+
+// Of an object's texts, which are in the one structure of a file without a checksum of the library:
+// the XXH3 (64 bit) of each attribute's name and text, int64. Texts that others add have none.
+inline constexpr const char* checksums_of_texts = "checksums_of_texts";
+
+// Empty: none, or not whole numbers.
+inline std::vector<Index> text_checksums(hid_t object) {
+  const Handle attribute(H5Aopen(object, checksums_of_texts, H5P_DEFAULT), H5Aclose);
+  const Handle type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
+  const hssize_t n = H5Sget_simple_extent_npoints(space);
+  if (n <= 0 || H5Tget_class(type) != H5T_INTEGER) return {};
+  std::vector<Index> values(n);
+  if (H5Aread(attribute, H5T_NATIVE_INT64, values.data()) < 0) return {};
+  return values;
+}
+
+inline Index text_checksum(const std::string& attribute, const std::string& text) {
+  Checksum term;
+  term.add(attribute.data(), attribute.size());
+  term.add(text.data(), text.size());
+  return term.value();
 }
 
 // Term of ComparedChecksums::digest

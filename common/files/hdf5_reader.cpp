@@ -302,6 +302,7 @@ struct Hdf5Reader::Impl {
   void compare(const std::string& object, std::map<haddr_t, std::optional<Index>>& known,
                ComparedChecksums& found) const {
     const Handle opened = open_object(object);
+    texts(opened, object);
     H5O_info_t info;
     if (H5Oget_info2(opened, &info, H5O_INFO_BASIC) < 0)
       fail(object, "cannot be read: the file is damaged");
@@ -340,8 +341,50 @@ struct Hdf5Reader::Impl {
     return names;
   }
 
-  Handle open_attribute(const std::string& object, const std::string& name) const {
-    const Handle owner = open_object(object);
+  std::map<std::string, std::string> texts(hid_t owner, const std::string& object) const {
+    std::vector<std::string> names;
+    if (H5Aiterate2(owner, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_name<H5A_info_t>, &names) <
+        0)
+      fail(object, "cannot be read: damaged");
+    std::map<std::string, std::string> found;
+    std::vector<Index> missing = hdf5::text_checksums(owner);
+    for (const std::string& name : names) {
+      const Handle attribute(H5Aopen(owner, name.c_str(), H5P_DEFAULT), H5Aclose);
+      const Handle space(H5Aget_space(attribute), H5Sclose);
+      const Handle type(H5Aget_type(attribute), H5Tclose);
+      if (H5Sget_simple_extent_npoints(space) != 1 || H5Tget_class(type) != H5T_STRING) continue;
+      found[name] = read_text(attribute, object, name);
+      std::erase(missing, hdf5::text_checksum(name, found[name]));
+    }
+    if (!missing.empty())
+      fail(object,
+           "its texts are not those that were written (attribute 'checksums_of_texts'): the file "
+           "was "
+           "damaged or edited; make it anew, or, where the change is meant, delete the attribute");
+    return found;
+  }
+
+  std::string read_text(hid_t opened, const std::string& object, const std::string& name) const {
+    const Handle type(H5Aget_type(opened), H5Tclose);
+    if (H5Tget_class(type) != H5T_STRING) fail(object, "attribute '" + name + "' is not a string");
+    if (H5Tis_variable_str(type) > 0) {
+      char* text = nullptr;
+      if (H5Aread(opened, type, &text) < 0)
+        fail(object, "attribute '" + name + "' cannot be read: damaged");
+      const std::string value = text != nullptr ? text : "";
+      H5free_memory(text);
+      return value;
+    }
+    constexpr std::size_t longest = std::size_t{1} << 20;
+    if (H5Tget_size(type) > longest)
+      fail(object, "attribute '" + name + "' is longer than any text should be: damaged");
+    std::string value(H5Tget_size(type), '\0');
+    if (H5Aread(opened, type, value.data()) < 0)
+      fail(object, "attribute '" + name + "' cannot be read: damaged");
+    return value.substr(0, value.find('\0'));
+  }
+
+  Handle open_attribute(hid_t owner, const std::string& object, const std::string& name) const {
     if (H5Aexists(owner, name.c_str()) <= 0) fail(object, "attribute '" + name + "' missing");
     Handle attribute(H5Aopen(owner, name.c_str(), H5P_DEFAULT), H5Aclose);
     if (!attribute.ok())
@@ -369,14 +412,6 @@ ComparedChecksums Hdf5Reader::compare_checksums(const std::string& group) const 
   ComparedChecksums found;
   impl_->compare(group, known, found);
   return found;
-}
-
-std::vector<std::string> Hdf5Reader::attributes(const std::string& object) const {
-  const Handle owner = impl_->open_object(object);
-  std::vector<std::string> names;
-  if (H5Aiterate2(owner, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_name<H5A_info_t>, &names) < 0)
-    impl_->fail(object, "cannot be read: damaged");
-  return names;
 }
 
 std::vector<Index> Hdf5Reader::shape(const std::string& dataset) const {
@@ -451,35 +486,19 @@ bool Hdf5Reader::has_attribute(const std::string& object, const std::string& att
   return H5Aexists(impl_->open_object(object), attribute.c_str()) > 0;
 }
 
-bool Hdf5Reader::is_string(const std::string& object, const std::string& attribute) const {
-  const Handle opened = impl_->open_attribute(object, attribute);
-  return H5Tget_class(Handle(H5Aget_type(opened), H5Tclose)) == H5T_STRING;
+std::map<std::string, std::string> Hdf5Reader::texts(const std::string& object) const {
+  return has(object) ? impl_->texts(impl_->open_object(object), object)
+                     : std::map<std::string, std::string>();
 }
 
 std::string Hdf5Reader::read_string(const std::string& object, const std::string& attribute) const {
-  const Handle opened = impl_->open_attribute(object, attribute);
-  const Handle type(H5Aget_type(opened), H5Tclose);
-  if (H5Tget_class(type) != H5T_STRING)
-    impl_->fail(object, "attribute '" + attribute + "' is not a string");
-  if (H5Tis_variable_str(type) > 0) {
-    char* text = nullptr;
-    if (H5Aread(opened, type, &text) < 0)
-      impl_->fail(object, "attribute '" + attribute + "' cannot be read: damaged");
-    const std::string value = text != nullptr ? text : "";
-    H5free_memory(text);
-    return value;
-  }
-  constexpr std::size_t longest = std::size_t{1} << 20;
-  if (H5Tget_size(type) > longest)
-    impl_->fail(object, "attribute '" + attribute + "' is longer than any text should be: damaged");
-  std::string value(H5Tget_size(type), '\0');
-  if (H5Aread(opened, type, value.data()) < 0)
-    impl_->fail(object, "attribute '" + attribute + "' cannot be read: damaged");
-  return value.substr(0, value.find('\0'));
+  const Handle owner = impl_->open_object(object);
+  impl_->texts(owner, object);
+  return impl_->read_text(impl_->open_attribute(owner, object, attribute), object, attribute);
 }
 
 Index Hdf5Reader::read_index(const std::string& object, const std::string& attribute) const {
-  const Handle opened = impl_->open_attribute(object, attribute);
+  const Handle opened = impl_->open_attribute(impl_->open_object(object), object, attribute);
   const Handle type(H5Aget_type(opened), H5Tclose);
   if (H5Tget_class(type) != H5T_INTEGER)
     impl_->fail(object, "attribute '" + attribute + "' is not a whole number");

@@ -168,18 +168,29 @@ struct Hdf5Writer::Impl {
     write_checksum(dataset, name, checksum);
   }
 
-  void write_attribute(const std::string& object, const std::string& name, hid_t type,
-                       hid_t memory_type, const void* value) const {
+  Handle open_or_make(const std::string& object) const {
     errno = 0;
     make_groups(object);
     if (object != "/") make_group(object);
-    write_attribute(Handle(H5Oopen(file, object.c_str(), H5P_DEFAULT), H5Oclose), object, name,
-                    type, memory_type, value);
+    return {H5Oopen(file, object.c_str(), H5P_DEFAULT), H5Oclose};
+  }
+
+  void write_text(const std::string& object, const std::string& name, const std::string& value) {
+    const Handle owner = open_or_make(object);
+    const char* text = value.c_str();
+    write_attribute(owner, object, name, string_type(), string_type(), &text);
+    if (!checksums) return;
+    std::vector<Index> of_all = hdf5::text_checksums(owner);
+    if (!of_all.empty()) require(H5Adelete(owner, hdf5::checksums_of_texts) >= 0, object);
+    of_all.push_back(hdf5::text_checksum(name, value));
+    const hsize_t n = of_all.size();
+    write_attribute(owner, object, hdf5::checksums_of_texts, H5T_STD_I64LE, H5T_NATIVE_INT64,
+                    of_all.data(), Handle(H5Screate_simple(1, &n, nullptr), H5Sclose));
   }
 
   void write_attribute(hid_t owner, const std::string& object, const std::string& name, hid_t type,
-                       hid_t memory_type, const void* value) const {
-    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+                       hid_t memory_type, const void* value,
+                       const Handle& space = {H5Screate(H5S_SCALAR), H5Sclose}) const {
     const Handle attribute(H5Acreate2(owner, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT),
                            H5Aclose);
     require(attribute.ok() && H5Awrite(attribute, memory_type, value) >= 0,
@@ -273,16 +284,17 @@ void Hdf5Writer::link(const std::string& dataset, const std::string& name) {
 
 void Hdf5Writer::attribute(const std::string& object, const std::string& name,
                            const std::string& value) {
-  const char* text = value.c_str();
-  impl_->write_attribute(object, name, string_type(), string_type(), &text);
+  impl_->write_text(object, name, value);
 }
 
 void Hdf5Writer::attribute(const std::string& object, const std::string& name, Index value) {
-  impl_->write_attribute(object, name, H5T_STD_I64LE, H5T_NATIVE_INT64, &value);
+  impl_->write_attribute(impl_->open_or_make(object), object, name, H5T_STD_I64LE, H5T_NATIVE_INT64,
+                         &value);
 }
 
 void Hdf5Writer::attribute(const std::string& object, const std::string& name, double value) {
-  impl_->write_attribute(object, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &value);
+  impl_->write_attribute(impl_->open_or_make(object), object, name, H5T_IEEE_F64LE,
+                         H5T_NATIVE_DOUBLE, &value);
 }
 
 bool Hdf5Writer::remove(const std::string& object) {

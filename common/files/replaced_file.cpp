@@ -26,8 +26,7 @@ std::string first_bytes(const std::filesystem::path& file) {
 std::optional<std::string> hdf5_format(const std::filesystem::path& file) {
   try {
     const Hdf5Reader reader(file, Hdf5Reader::Look::root_attributes);
-    if (!reader.has_attribute("/", "format") || !reader.is_string("/", "format")) return "";
-    return reader.read_string("/", "format");
+    return reader.texts("/")["format"];
   } catch (const InputError&) {
     return {};
   }

@@ -104,14 +104,6 @@ MassKind wanted_mass(const Component& component, const Provenance& file) {
 
 }  // namespace
 
-Provenance provenance_of(const Hdf5Reader& file) {
-  Provenance p;
-  if (!file.has("/provenance")) return p;
-  for (const auto& key : file.attributes("/provenance"))
-    if (file.is_string("/provenance", key)) p[key] = file.read_string("/provenance", key);
-  return p;
-}
-
 Provenance material_provenance(const Material& m) {
   const auto three = [](const Vector3& v) {
     return "[" + number_text(v[0]) + ", " + number_text(v[1]) + ", " + number_text(v[2]) + "]";
@@ -213,7 +205,7 @@ std::string missing_needs(const InterfaceNeeds& of_file, const InterfaceNeeds& o
 
 std::string stale_text(const Scene& scene, const Component& component) try {
   const Hdf5Reader reader(component.reduction->superelement);
-  const Provenance file = provenance_of(reader);
+  const Provenance file = reader.texts("/provenance");
   Provenance now = option_provenance(component, wanted_mass(component, file));
   const bool tells_needs = std::any_of(
       file.begin(), file.end(), [](const auto& item) { return item.first.starts_with(needs_of); });
@@ -240,7 +232,7 @@ std::string stale_text(const Scene& scene, const Component& component) try {
 }
 
 bool is_of_other_mass(const Component& component) try {
-  const Provenance file = provenance_of(Hdf5Reader(component.reduction->superelement));
+  const Provenance file = Hdf5Reader(component.reduction->superelement).texts("/provenance");
   const std::string found = value(file, "mass");
   return !found.empty() &&
          found != word_of(mass_words, std::optional(wanted_mass(component, file)));
@@ -255,7 +247,7 @@ bool lacks_face_centres(const std::filesystem::path& superelement) {
     if (!file.has_attribute(part, "format_version")) return false;
     const std::string version = file.read_string(part, "format_version");
     if (!version.starts_with("1.") || std::stoi(version.substr(2)) >= 6) return false;
-    const Provenance p = provenance_of(file);
+    const Provenance p = file.texts("/provenance");
     return std::any_of(p.begin(), p.end(), [](const auto& item) { return item.second == "hex27"; });
   } catch (const std::exception&) {
     return false;

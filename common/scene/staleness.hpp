@@ -11,9 +11,6 @@
 
 namespace cbr {
 
-// The words of /provenance; none without it.
-std::map<std::string, std::string> provenance_of(const Hdf5Reader& superelement);
-
 // The mass and the component's reduction options by the names that /provenance has.
 std::map<std::string, std::string> option_provenance(const Component& component, MassKind mass);
 

@@ -276,18 +276,6 @@ RigidBody read_rigid_body(const Hdf5Reader& file, const std::string& prefix) {
   return body;
 }
 
-std::map<std::string, std::string> read_provenance(const Hdf5Reader& file,
-                                                   const std::string& prefix) {
-  const std::string group = prefix + "/provenance";
-  std::map<std::string, std::string> provenance;
-  if (!file.has(group)) return provenance;
-  for (const auto& attribute : file.attributes(group)) {
-    if (file.is_string(group, attribute))
-      provenance[attribute] = file.read_string(group, attribute);
-  }
-  return provenance;
-}
-
 void check_count(const Hdf5Reader& file, const std::string& prefix, const std::string& attribute,
                  Index found, const std::string& dataset) {
   const Index claimed = file.read_index(file_root(prefix), attribute);
@@ -330,7 +318,7 @@ Superelement read_superelement_at(const Hdf5Reader& file, const std::string& pre
     for (const auto& set : file.children(prefix + "/recovery/sets"))
       s.recovered_sets[set] = file.read_indices(prefix + "/recovery/sets/" + set);
   read_extras(file, prefix, s);
-  s.provenance = read_provenance(file, prefix);
+  s.provenance = file.texts(prefix + "/provenance");
   const auto modes = s.provenance.find("massless_modes");  // where files before 1.5 say it
   if (s.is_massless() && s.massless.modes.empty() && modes != s.provenance.end())
     s.massless.modes = modes->second;

@@ -13,7 +13,7 @@ namespace cbr {
 inline constexpr const char* superelement_format = "cbr-superelement";
 inline constexpr const char* superelement_group_format = "cbr-superelement-group";
 // Of files written now: datasets have checksums. Older versions: docs/formats.md.
-inline constexpr const char *superelement_version = "1.14", *superelement_group_version = "1.2";
+inline constexpr const char *superelement_version = "1.15", *superelement_group_version = "1.3";
 
 // A new superelement may replace these files.
 inline FileKind superelement_kind() {
@@ -34,8 +34,6 @@ void write_format(Hdf5Writer& file, const std::string& prefix, const std::string
 void check_format(const Hdf5Reader& file, const std::string& prefix, const std::string& format);
 void write_rigid_body(Hdf5Writer& file, const std::string& prefix, const RigidBody& body);
 RigidBody read_rigid_body(const Hdf5Reader& file, const std::string& prefix);
-std::map<std::string, std::string> read_provenance(const Hdf5Reader& file,
-                                                   const std::string& prefix);
 // InputError unless the attribute has this value, which is the length of `dataset`.
 void check_count(const Hdf5Reader& file, const std::string& prefix, const std::string& attribute,
                  Index found, const std::string& dataset);

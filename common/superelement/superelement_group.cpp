@@ -310,7 +310,7 @@ SuperelementGroup read_superelement_group(const std::filesystem::path& path,
     group.V = file.read_row_matrix("/diagonal/V");
   }
   group.conditioning = read_conditioning(file, "");
-  group.provenance = read_provenance(file, "");
+  group.provenance = file.texts("/provenance");
   GroupChecker(group, path.string()).check(parts);
   if (basis != group.domains.front().basis) {
     throw InputError(path.string() + ": attribute 'basis' is '" + basis + "', '" +

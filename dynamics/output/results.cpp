@@ -203,7 +203,7 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
   Hdf5Writer file(path);
-  file.start("cbr-results", "1.12", "cbr-dyn");
+  file.start("cbr-results", "1.13", "cbr-dyn");
   Index n_dofs = 0;
   for (const auto& body : simulation.bodies) n_dofs += body->n_dofs();
   file.attribute("/", "partial", Index{result.ended_at ? 1 : 0});

@@ -20,7 +20,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from cbr.results import Results
-from cbr.superelement import Array, FileError, Indices, child, open_file, read
+from cbr.superelement import Array, FileError, Indices, attributes, child, open_file, read
 
 COLOURS = ["#1f3b73", "#b3202c", "#2a9d4a", "#e07b00", "#7b2d8e", "#555555"]
 # Corners of the sides of an element; a triangle repeats its last
@@ -95,12 +95,13 @@ class Fields:
                 raise FileError(f"{self.path}: is not of the run of {os.fspath(results)} (attribute 'run_hash')")
             self.times: Array = read(f["times"])
             grids = {int(number): grid for number, grid in f["grids"].items()}
-            inner = {str(g.attrs["instance"]) for g in grids.values() if not str(g.attrs["name"]).endswith(".interface")}
+            of = {number: attributes(grid) for number, grid in grids.items()}
+            inner = {str(a["instance"]) for a in of.values() if not str(a["name"]).endswith(".interface")}
             for number, grid in sorted(grids.items()):
-                instance = str(grid.attrs["instance"])
-                if instance in inner and str(grid.attrs["name"]).endswith(".interface"):
+                instance = str(of[number]["instance"])
+                if instance in inner and str(of[number]["name"]).endswith(".interface"):
                     continue
-                faces, cell = outer(read(grid["cells"]), str(grid.attrs["topology"]))
+                faces, cell = outer(read(grid["cells"]), str(of[number]["topology"]))
                 self.parts.append(Part(instance, read(grid["points"]), read(grid["node_ids"]), faces, cell, number))
 
     def displacements(self, step: int) -> list[Array] | None:
@@ -130,7 +131,7 @@ def kept_faces(file: str, content_hash: str) -> tuple[Indices, Array, dict[str, 
             ids.append(read(part["nodes/id"]))
             coordinates.append(read(part["nodes/coordinates"]))
             for name, group in child(part, "interface").items():
-                nodes, kind = read(group["faces"]), str(group["faces"].attrs["kind"])
+                nodes, kind = read(group["faces"]), str(attributes(group["faces"])["kind"])
                 corners = n + nodes[:, [0, 1, 2, 2] if kind.startswith("tri") else [0, 1, 2, 3]]
                 faces[name] = np.vstack([faces[name], corners]) if name in faces else corners
             n += len(ids[-1])

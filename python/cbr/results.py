@@ -10,7 +10,7 @@ from typing import Any
 
 import h5py
 
-from cbr.superelement import Array, FileError, child, open_file, read
+from cbr.superelement import Array, FileError, attributes, child, open_file, read
 
 
 class Results(Mapping[str, Array]):
@@ -36,8 +36,8 @@ class Results(Mapping[str, Array]):
         self.path = os.fspath(path)
         self._names: list[str] = []
         with open_file(path, "cbr-results") as f:
-            self.attributes = dict(f.attrs)
-            bodies = {name: dict(body.attrs) for name, body in child(f, "instances").items()}
+            self.attributes = attributes(f)
+            bodies = {name: attributes(body) for name, body in child(f, "instances").items()}
             self._superelements = {name: (str(of["superelement"]), str(of.get("superelement_hash", "")))
                                    for name, of in bodies.items() if "superelement" in of}
             share = f["energy"].attrs.get("outside_basis") if child(f, "energy") else None

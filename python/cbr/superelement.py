@@ -167,7 +167,7 @@ def _tree(group: h5py.Group) -> dict[str, Any]:
 
 
 def _faces(group: h5py.Group) -> Faces:
-    kind = str(group["faces"].attrs["kind"])
+    kind = str(attributes(group["faces"])["kind"])
     if kind not in ("tri3", "quad4", "tri6", "quad8", "quad9"):
         raise ValueError(f"{group.name}: faces of kind '{kind}'")
     return Faces(kind, read(group["faces"]), read(group["element"]), read(group["side"]))
@@ -187,6 +187,18 @@ def read(item: h5py.Dataset) -> Any:
             raise FileError(f"{item.file.filename}: {item.name}: its numbers are not those that were written (attribute 'checksum'): "
                             "the file was damaged")
     return values
+
+
+def attributes(item: h5py.Group | h5py.Dataset) -> dict[str, Any]:
+    """Of an object. FileError: its texts do not match its attribute `checksums_of_texts`, if it has one."""
+    found = dict(item.attrs)
+    wanted = {int(checksum) % 2**64 for checksum in found.pop("checksums_of_texts", [])}
+    texts = {name.encode() + (text.encode("utf-8", "surrogateescape") if isinstance(text, str) else text)
+             for name, text in found.items() if isinstance(text, (str, bytes))}
+    if not wanted <= {xxhash.xxh3_64_intdigest(text) for text in texts}:
+        raise FileError(f"{item.file.filename}: {item.name}: its texts are not those that were written "
+                        "(attribute 'checksums_of_texts'): the file was damaged")
+    return found
 
 
 @contextlib.contextmanager
@@ -210,7 +222,7 @@ def open_file(path: str | os.PathLike[str], *wanted: str) -> Iterator[h5py.File]
         if not is_sound(name):
             raise OSError
         with h5py.File(name, "r") as f:
-            found = f.attrs.get("format", "an HDF5 file of another program")
+            found = attributes(f).get("format", "an HDF5 file of another program")
             if found not in wanted:
                 raise FileError(f"{name}: is {found}, expected {expected}")
             yield f
@@ -237,4 +249,4 @@ def superelement(path: str | os.PathLike[str]) -> Superelement:
             content_hash=str(f.attrs.get("content_hash", "")), mass=float(read(f["rigid_body/mass"])[0]), center=read(f["rigid_body/center"]),
             inertia=read(f["rigid_body/inertia"]), n_modes=int(f.attrs["n_modes"]),
             accuracy=_tree(child(f, "accuracy")),
-            provenance={k: str(v) for k, v in getattr(child(f, "provenance"), "attrs", {}).items()})
+            provenance={k: str(v) for k, v in attributes(f["provenance"]).items()} if "provenance" in f else {})

@@ -321,6 +321,7 @@ class Package(unittest.TestCase):
         with h5py.File(copy, "r+") as file:
             file["energy"].attrs["outside_basis"] = 0.125
             file.attrs["warnings"] = "one\ntwo"
+            del file.attrs["checksums_of_texts"]
             file.move("contact/left.contact - right.contact", "contact/left.contact - floor")
         text = cbr.report.checks(cbr.results(copy))
         self.assertIn('energy outside the basis, share</td><td class="number">0.125</td><td>below 0.05, a few per cent</td>'
@@ -449,11 +450,13 @@ class Package(unittest.TestCase):
         whole = pathlib.Path(self.runs["massless"].path)
 
         def of_results(path: pathlib.Path) -> list[bytes]:
-            return [values.tobytes() for values in cbr.results(path).values()]
+            run = cbr.results(path)
+            return [*(values.tobytes() for values in run.values()), repr((run.attributes, run.superelements)).encode()]
 
         def of_part(path: pathlib.Path) -> list[bytes]:
             part = cbr.superelement(path)
-            return [x.tobytes() for x in (part.K, part.M, part.V, part.F, part.node, part.coordinates, part.faces["contact"].nodes)]
+            return [*(x.tobytes() for x in (part.K, part.M, part.V, part.F, part.node, part.coordinates, part.faces["contact"].nodes)),
+                    repr((part.content_hash, part.provenance)).encode()]
 
         flipped, random, refused = self.folder / "flipped.h5", np.random.default_rng(4), 0
         for path, read in ((whole, of_results), (pathlib.Path(self.parts["characteristic"].path), of_part)):
@@ -471,7 +474,7 @@ class Package(unittest.TestCase):
         self.assertGreater(refused, 80)
 
     def test_flipped_bits_are_told_by_info_and_a_restart(self) -> None:
-        """Of every kind of file: a bit of a number that is stored in any dataset."""
+        """Of every kind of file: a bit of a number that is stored in any dataset, or of a text."""
         import h5py
         scene = block("massless", 2e-5)
         scene["instances"]["right"]["as"] = "mesh"
@@ -487,6 +490,8 @@ class Package(unittest.TestCase):
             info = [BIN / "cbr-reduce", "--info", file]
             self.assertIn(f"checksums    match in {len(numbers)} datasets\n", subprocess.run(info, capture_output=True, text=True).stdout)
             good = file.read_bytes()
+            if name == "flip.h5":
+                numbers += [(good.index(b"youngs_modulus"), 14)] * 5
             for trial in range(20):
                 start, size = numbers[random.integers(len(numbers))]
                 bad = bytearray(good)
@@ -495,7 +500,7 @@ class Package(unittest.TestCase):
                 for command in (info, *([going_on] if "checkpoint" in name and trial % 10 == 0 else [])):
                     done = subprocess.run(command, cwd=self.folder, capture_output=True, text=True)
                     self.assertEqual((done.returncode, done.stdout, len(re.findall(": error: ", done.stderr))), (2, "", 1), (name, done.stderr))
-                    self.assertRegex(done.stderr.splitlines()[-1], f"{name}: .*(its numbers are not those that were written|is damaged)")
+                    self.assertRegex(done.stderr.splitlines()[-1], f"{name}: .*(its (numbers|texts) are not those that were written|is damaged)")
             file.write_bytes(good)
 
     def test_fields_of_another_run_are_refused(self) -> None:
@@ -546,7 +551,8 @@ class Package(unittest.TestCase):
         import h5py
         shutil.copy(run.path, self.folder / "older.h5")
         with h5py.File(self.folder / "older.h5", "r+") as file:
-            del file.attrs["warnings"], file["instances/<left>"].attrs["superelement"]
+            for item, name in ((file, "warnings"), (file["instances/<left>"], "superelement")):
+                del item.attrs[name], item.attrs["checksums_of_texts"]
         self.assertIn("before version 1.8", cbr.report.page(cbr.results(self.folder / "older.h5")))
 
     def test_warnings_survive_a_restart(self) -> None:

@@ -25,7 +25,7 @@ std::string scene_argument(const Scene& scene) {
 bool is_made_for_more(const Scene& scene, const Component& component, const std::string& hash) {
   if (!component.reduction->is_characteristic()) return false;
   const InterfaceNeeds of_file =
-      needs_in(provenance_of(Hdf5Reader(component.reduction->superelement)));
+      needs_in(Hdf5Reader(component.reduction->superelement).texts("/provenance"));
   InterfaceNeeds now = interface_needs(scene, component);
   for (auto& [set, kinds] : now.loaded) kinds.means = false;
   return missing_needs(of_file, now).empty() && hash == content_hash(scene, component, of_file);
