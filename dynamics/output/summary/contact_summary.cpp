@@ -119,6 +119,8 @@ void penetration_warning(const ContactPair& pair, Report& report) {
       pair.formulation == Formulation::mortar
           ? "mortar holds means over faces: where edges or corners meet use formulation: node-face "
             "and pressures: nodes"
+      : pair.seen().n_function_steps > 0
+          ? "pressure functions hold means over several nodes: pressures: nodes holds each node"
       : pair.enforcement == Enforcement::impulse
           ? "look at the positions of the instances, and at what else pushes there"
           : "use enforcement: impulse, or a shorter step";

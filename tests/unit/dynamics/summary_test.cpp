@@ -138,6 +138,26 @@ TEST_F(Summary, APressedBlockHasNoEnergyFromContact) {
   EXPECT_FALSE(has(text, "brought energy")) << text;
 }
 
+// Its edge slides up a slope in two load steps. In equilibrium normal forces do no work.
+TEST_F(Summary, TellsTheErrorOfLoadSteps) {
+  const std::string scene =
+      "instances:\n  left: {component: block, as: mesh}\n"
+      "boundary: [{instance: left, nodes: x_min, fix: [x, y, z]}]\n"
+      "walls: {slope: {plane: {point: [1.01, 0, 0], normal: [-1, 0, 0.3]}WHERE}}\n"
+      "loads: [{instance: left, surface: x_max, force: [400, 0, 300]}]\n"
+      "contact: [{between: [left.x_max, slope]}]\n"
+      "time: {static: true, end: 1, step: 0.5}\noutput: {every: 0.5}\n";
+  const auto of = [&](const std::string& where) {
+    std::string text = scene;
+    return said(text.replace(text.find("WHERE"), 5, where));
+  };
+  const std::string still = of("");
+  EXPECT_TRUE(has(still, "% of all, an error of the load steps")) << still;
+  const std::string moved =
+      of(", displacement: [-0.01, 0, 0], history: {time: [0, 1], value: [0, 1]}");
+  EXPECT_FALSE(has(moved, "an error of the load steps")) << moved;
+}
+
 TEST_F(Summary, CountersAreDetailsAndFiguresSayWhatIsGood) {
   const std::string scene =
       instances("mesh", "position: [1.01, 0, 0], velocity: [-0.3, 0, 0]") +
