@@ -59,8 +59,6 @@ void refuse_with_shells(const Mesh& mesh, const Component& component, bool is_di
     throw InputError(reduction.source.text() + ": " + what +
                      " does not know shells (blocks.NAME.thickness): " + cure);
   };
-  if (reduction.basis != Basis::craig_bampton)
-    refuse("basis: " + word_of(basis_words, reduction.basis), "use basis: craig-bampton");
   if (reduction.is_decomposed()) refuse("domains", "use domains: 1");
   if (!reduction.interface_points.empty())
     refuse("reduction.points",

@@ -11,11 +11,11 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 84804,
+    "lines of product": 84841,
     "files of product": 624,
     "lines of python/cbr": 1968,
-    "lines of tests": 64596,
-    "files of tests": 391,
+    "lines of tests": 64773,
+    "files of tests": 392,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 354,
     "classes derived from Body": 4,

@@ -105,6 +105,8 @@ struct ReductionOptions {
   std::optional<double> second_cutoff_hz;
   // Rotations of shell nodes on the interface are dofs inside, not of the interface.
   bool condenses_rotations = false;
+  // Whether every shell is hinged where its interface nodes are held.
+  bool has_hinges() const { return condenses_rotations || is_massless(); }
   bool recovery = false;
   // Not empty: recovery of the elements that meet these sets or element blocks alone.
   std::vector<std::string> recovery_sets;

@@ -13,7 +13,7 @@ namespace cbr {
 inline constexpr const char* superelement_format = "cbr-superelement";
 inline constexpr const char* superelement_group_format = "cbr-superelement-group";
 // Of files written now: datasets have checksums. Older versions: docs/formats.md.
-inline constexpr const char *superelement_version = "1.15", *superelement_group_version = "1.3";
+inline constexpr const char *superelement_version = "1.16", *superelement_group_version = "1.3";
 
 // A new superelement may replace these files.
 inline FileKind superelement_kind() {

@@ -12,6 +12,7 @@
 #include "common/base/format_text.hpp"
 #include "dynamics/contact/surfaces/broad_phase.hpp"
 #include "dynamics/motion/body_points.hpp"
+#include "dynamics/setup/bodies/support_motion.hpp"
 #include "dynamics/setup/built/instance_elements.hpp"
 
 namespace cbr {
@@ -143,9 +144,9 @@ void warn_of_hinge(const Scene& scene, const BoundaryCondition& condition, const
                    Report& report) {
   const auto found = std::find_if(scene.instances.begin(), scene.instances.end(),
                                   [&](const Instance& i) { return i.name == condition.instance; });
-  if (found == scene.instances.end() || found->as != InstanceKind::superelement) return;
-  const Component& component = component_of(scene, *found);
-  if (!component.reduction || !component.reduction->condenses_rotations) return;
+  if (found == scene.instances.end()) return;
+  const std::string hinged = why_hinged(scene, *found);
+  if (hinged.empty()) return;
   const auto place = found - scene.instances.begin();
   const Geometry& geometry = *built.instances[place].geometry;
   AveragePoint held;
@@ -153,9 +154,7 @@ void warn_of_hinge(const Scene& scene, const BoundaryCondition& condition, const
   held.weights = Vector::Ones(static_cast<Index>(held.nodes.size()));
   if (!lie_on_a_line(held, geometry.coordinates)) return;
   report.warning(condition.source.text() + ": boundary: '" + condition.nodes + "' of instance '" +
-                 found->name +
-                 "' is a hinge, as reduction.condense_rotations: true put the rotations of its "
-                 "shells inside: to clamp it, set that to false and run cbr-reduce");
+                 found->name + "' is a hinge, " + hinged);
 }
 
 // Shortest time in which a history leaves a value and returns.

@@ -63,7 +63,7 @@ bool make_basis_of_free_shapes(Reduction& r, Superelement& s) {
   if (!few_enough(options, !has_parts(r), r.p.n_interior(), s)) return false;
   std::optional<FreeShapes> shapes;
   s.characteristic.statics = static_forces(options, s);
-  const FreeComponent model{r.model.K, r.model.M, r.x};
+  const FreeComponent model{r.model.K, r.model.M, r.x, r.model.n_rotations};
   std::optional<FreeFactor> free = factorise_free(r, model, s.characteristic.statics.size());
   {
     const auto phase = r.report.phase("shapes and statics");

@@ -38,7 +38,7 @@ Matrix rigid_motions_left(const Reduction& r, const Superelement& s) {
 void make_basis_massless(Reduction& r, Superelement& s) {
   const auto phase = r.report.phase("free modes");
   refuse_mechanism(r, s);
-  FreeModel model{r.model.K, r.model.M, r.x, r.part};
+  FreeModel model{r.model.K, r.model.M, r.x, r.part, r.model.n_rotations};
   if (s.fixed.any()) model.left = rigid_motions_left(r, s);
   MasslessFigures m = make_massless(model, r.p, *r.factor,
                                     {r.options.modes.value_or(0), r.options.cutoff_hz.value_or(0),

@@ -70,10 +70,28 @@ void take_fixed_out(Reduction& r, Superelement& s) {
   s.fixed.resisted = moved.V.leftCols(n).transpose();
 }
 
-// Rotations of kept nodes are kept too, unless they are to be condensed. kept: ascending
+// Of a reduced interface those nodes that keep all of their dofs, ascending. kept: of the interface
+std::vector<Index> whole_nodes(const Reduction& r, const std::vector<Index>& kept) {
+  const CharacteristicOptions& options = r.options.characteristic;
+  std::vector<Index> whole;
+  for (const auto* names : {&options.keep, &options.needs.held})
+    for (const std::string& name : *names) {
+      if (find_sideset(r.mesh, name) < 0 && find_nodeset(r.mesh, name) < 0) continue;
+      std::vector<Index> nodes;
+      for (const Index node : set_nodes(r.mesh, name)) nodes.push_back(r.model.row[node]);
+      std::sort(nodes.begin(), nodes.end());
+      if (std::includes(kept.begin(), kept.end(), nodes.begin(), nodes.end()))
+        whole.insert(whole.end(), nodes.begin(), nodes.end());
+    }
+  sort_uniquely(whole);
+  return whole;
+}
+
+// Rotations of kept nodes are kept too, but for those that are to be condensed, and those of nodes
+// whose displacements are reduced. kept: ascending
 void keep_rotations(const Reduction& r, std::vector<Index>& kept) {
-  if (r.options.condenses_rotations) return;
-  const std::vector<Index> nodes = kept;
+  if (r.options.has_hinges()) return;
+  const std::vector<Index> nodes = r.options.is_characteristic() ? whole_nodes(r, kept) : kept;
   for (Index i = r.model.n_translations(); i < static_cast<Index>(r.model.nodes.size()); ++i)
     if (std::binary_search(nodes.begin(), nodes.end(), r.model.row[mesh_node(r, i)]))
       kept.push_back(i);

@@ -99,9 +99,8 @@ Matrix rigid_motions(const FreeModel& model) {
       upper = upper.cwiseMax(x);
     }
     const double size = (upper - lower).norm();
-    const Points x =
-        (model.x.rowwise() - 0.5 * (lower + upper).transpose()) / (size > 0 ? size : 1.0);
-    const Matrix all = rigid_modes(x, Vector3::Zero());
+    Matrix all = rigid_modes(model.x, 0.5 * (lower + upper), model.n_rotations);
+    if (size > 0) all.rightCols(3) /= size;
     for (std::size_t i = 0; i < model.part.size(); ++i) {
       const auto row = 3 * static_cast<Index>(i);
       if (model.part[i] == number) N.block(row, 6 * number, 3, 6) = all.middleRows(row, 3);

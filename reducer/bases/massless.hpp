@@ -36,6 +36,7 @@ struct FreeModel {
   const SparseMatrix& M;            // N x N
   const Points& x;                  // of its nodes
   const std::vector<Index>& part;   // per node: the connected part that it belongs to
+  Index n_rotations = 0;            // of these the last, which are rotations of shells
   std::optional<Matrix> left = {};  // with fixed dofs: the rigid motions that they leave   (N x r)
 };
 

@@ -15,10 +15,9 @@ namespace {
 // About the middle of all nodes and of their size, N^T M N = 1   (N x 6)
 Matrix rigid_motions_of(const FreeComponent& model) {
   const Eigen::RowVector3d middle = model.x.colwise().mean();
-  Points x = model.x.rowwise() - middle;
-  const double size = x.rowwise().norm().maxCoeff();
-  if (size > 0) x /= size;
-  Matrix N = rigid_modes(x, Vector3::Zero());
+  const double size = (model.x.rowwise() - middle).rowwise().norm().maxCoeff();
+  Matrix N = rigid_modes(model.x, middle.transpose(), model.n_rotations);
+  if (size > 0) N.rightCols(3) /= size;
   orthonormalise([&](const Matrix& X) { return Matrix(model.M * X); }, N, "the rigid motions");
   return N;
 }

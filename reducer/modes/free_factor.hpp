@@ -14,6 +14,7 @@ struct FreeComponent {
   SparseMatrix& K;        // N x N
   const SparseMatrix& M;  // N x N
   const Points& x;        // of its nodes
+  Index n_rotations = 0;  // of these the last, which are rotations of shells
 };
 
 struct FreeFactor {

@@ -72,7 +72,7 @@ TEST(ConditioningFile, whatIsKnownIsKept) {
   written.conditioning = all_known();
   write_superelement(written, folder / "s.h5");
   const Hdf5Reader file(folder / "s.h5");
-  EXPECT_EQ(file.read_string("/", "format_version"), "1.15");
+  EXPECT_EQ(file.read_string("/", "format_version"), "1.16");
   for (const char* name : datasets)
     EXPECT_TRUE(file.has(std::string("/conditioning/") + name)) << name;
   for (const bool matrices : {true, false}) {

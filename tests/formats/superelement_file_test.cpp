@@ -81,7 +81,7 @@ TEST(SuperelementFile, basisMasslessHasMatricesOfItsOwn) {
   const TemporaryFolder folder;
   const Superelement written = massless_sample();
   write_superelement(written, folder / "s.h5");
-  EXPECT_EQ(Hdf5Reader(folder / "s.h5").read_string("/", "format_version"), "1.15");
+  EXPECT_EQ(Hdf5Reader(folder / "s.h5").read_string("/", "format_version"), "1.16");
   EXPECT_FALSE(Hdf5Reader(folder / "s.h5").has("/matrices/K_cc"));
   const Superelement read = read_superelement(folder / "s.h5");
   EXPECT_TRUE(test::identical(read, written));

@@ -30,7 +30,7 @@ EXPECTED = {
     "recovery/Psi": (F, (6, c)), "recovery/Phi": (F, (6, k)),
     "recovery/blocks/000000/connectivity": (I, (2, 4)), "recovery/blocks/000000/element_id": (I, (2,)),
 }
-ATTRIBUTES = {"format": "cbr-superelement", "format_version": "1.15", "content_hash": "0123456789abcdef0123456789abcdef",
+ATTRIBUTES = {"format": "cbr-superelement", "format_version": "1.16", "content_hash": "0123456789abcdef0123456789abcdef",
               "basis": "craig-bampton", "n_modes": k, "n_interface": c}
 
 

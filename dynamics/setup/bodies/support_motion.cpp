@@ -199,13 +199,21 @@ void take_set(const SceneIndex& index, const Instance& instance, const Geometry&
   wanted.sets.push_back({set.surface, point});
 }
 
-bool condenses_rotations(const Scene& scene, const Instance& instance) {
-  const Component& component = component_of(scene, instance);
-  return instance.as == InstanceKind::superelement && component.reduction &&
-         component.reduction->condenses_rotations;
-}
-
 }  // namespace
+
+std::string why_hinged(const Scene& scene, const Instance& instance) {
+  const Component& component = component_of(scene, instance);
+  const bool has_shells =
+      std::any_of(component.blocks.begin(), component.blocks.end(),
+                  [](const auto& block) { return block.second.thickness.has_value(); });
+  if (instance.as != InstanceKind::superelement || !component.reduction || !has_shells) return {};
+  if (component.reduction->condenses_rotations)
+    return "as reduction.condense_rotations: true put the rotations of its shells inside: set it "
+           "to false and run cbr-reduce";
+  return component.reduction->has_hinges() ? "as basis: massless has the rotations of its shells "
+                                             "inside: take another basis and run cbr-reduce"
+                                           : "";
+}
 
 std::vector<HeldAxis> held_axes(const SceneIndex& index, const Instance& instance,
                                 const Geometry& geometry) {
@@ -218,11 +226,10 @@ std::vector<HeldAxis> held_axes(const SceneIndex& index, const Instance& instanc
       any |= geometry.rotations.contains(node);
     const bool wants_any =
         condition->fix_rotations.value_or(std::array<bool, 3>()) != std::array<bool, 3>();
-    if (wants_any && !any && condenses_rotations(index.scene(), instance))
+    const std::string hinged = why_hinged(index.scene(), instance);
+    if (wants_any && !any && !hinged.empty())
       throw InputError(condition->source.text() + ": boundary.rotations: '" + condition->nodes +
-                       "' of instance '" + instance.name +
-                       "' has no rotations, as reduction.condense_rotations: true put those of its "
-                       "shells inside: set it to false and run cbr-reduce");
+                       "' of instance '" + instance.name + "' has no rotations, " + hinged);
     if (wants_any && !any)
       throw InputError(condition->source.text() + ": boundary.rotations: no node of '" +
                        condition->nodes + "' of instance '" + instance.name +

@@ -2,6 +2,7 @@
 // Prescribed motion of an instance's supports, from the scene's boundary conditions.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "dynamics/motion/prescribed_motion.hpp"
@@ -23,6 +24,9 @@ struct HeldAxis {
 // Ascending; conditions on the same node are merged. InputError: missing rotations.
 std::vector<HeldAxis> held_axes(const SceneIndex& index, const Instance& instance,
                                 const Geometry& geometry);
+
+// Why shells of an instance are hinged where they are held, with the cure; empty: they are not.
+std::string why_hinged(const Scene& scene, const Instance& instance);
 
 // The translation of all supports; none if they move differently.
 DrivenMotion support_motion(const SceneIndex& index, const Instance& instance);

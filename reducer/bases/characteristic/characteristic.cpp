@@ -274,7 +274,7 @@ Matrix uniform_loads(const Superelement& s, const Surface& surface, bool shear) 
   Matrix B = Matrix::Zero(s.c(), shear ? 3 : 1);
   for (Index i = 0; i < s.c(); ++i) {
     const int d = s.dof_component[i];
-    B(i, shear ? d : 0) = of_node(s.dof_node[i], d);
+    if (d < 3) B(i, shear ? d : 0) = of_node(s.dof_node[i], d);
   }
   return B;
 }

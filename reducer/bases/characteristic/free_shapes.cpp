@@ -71,25 +71,19 @@ class FreeSolver {
   const Matrix &N_, &P_;
 };
 
-// Dof of the component that an interface dof is.
-Index dof_in_component(const Partition& p, const Superelement& s, Index dof) {
-  const Index node = p.interface_nodes[s.dof_node[dof]];
-  return 3 * node + s.dof_component[dof];
-}
-
 // Static forces on the component's dofs   (N x s)
 SparseMatrix loads_of(const StaticShare& forces, const Partition& p, const Superelement& s,
                       Index n_dofs) {
   SparseMatrix places(n_dofs, s.c());
   places.reserve(Eigen::VectorXi::Ones(s.c()));
-  for (Index i = 0; i < s.c(); ++i) places.insert(dof_in_component(p, s, i), i) = 1;
+  for (Index i = 0; i < s.c(); ++i) places.insert(p.interface_rows[i], i) = 1;
   return places * forces_on_dofs(forces, s);
 }
 
 // Rows of the interface's dofs at their places in the component   (N x columns)
-Matrix of_component(const Matrix& B, const Partition& p, const Superelement& s, Index n_dofs) {
+Matrix of_component(const Matrix& B, const Partition& p, Index n_dofs) {
   Matrix all = Matrix::Zero(n_dofs, B.cols());
-  for (Index i = 0; i < B.rows(); ++i) all.row(dof_in_component(p, s, i)) = B.row(i);
+  all(p.interface_rows, Eigen::all) = B;
   return all;
 }
 
@@ -188,8 +182,8 @@ std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
   shapes.N = factor.N;
   shapes.P = factor.P;
   std::vector<Index> kept;
-  for (const Index dof : kept_dofs(options, s)) kept.push_back(dof_in_component(p, s, dof));
-  const Matrix uniform = of_component(loads_of_surfaces(options, s), p, s, n);
+  for (const Index dof : kept_dofs(options, s)) kept.push_back(p.interface_rows[dof]);
+  const Matrix uniform = of_component(loads_of_surfaces(options, s), p, n);
   const Index n_reduced = s.c() - static_cast<Index>(kept.size());
   const Index n_elastic = n_shapes(options, n_reduced - shapes.N.cols());
   require_fewer(shapes.N.cols() + n_elastic, n_reduced);
@@ -214,7 +208,7 @@ std::optional<FreeShapes> free_shapes(const CharacteristicOptions& options,
   if (shapes.n_kept > 0) shapes.U.middleCols(m, shapes.n_kept) = kept_shapes(solve, kept, n);
   if (shapes.n_uniform > 0)
     shapes.U.middleCols(m + shapes.n_kept, shapes.n_uniform) = solve(uniform);
-  if (shapes.n_loads > 0) shapes.U.rightCols(shapes.n_loads) = solve(of_component(loads, p, s, n));
+  if (shapes.n_loads > 0) shapes.U.rightCols(shapes.n_loads) = solve(of_component(loads, p, n));
   const SparseMatrix B = loads_of(forces, p, s, n);
   if (forces.size() > most_dense) {
     shapes.probes = probes_of(forces, s);

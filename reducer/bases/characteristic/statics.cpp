@@ -134,7 +134,8 @@ Matrix load_columns(const CharacteristicOptions& options, const std::vector<char
   Matrix B(s.c(), 2 * n);
   for (Index i = 0; i < s.c(); ++i)
     for (std::size_t j = 0; j < loads.size(); ++j)
-      B(i, static_cast<Index>(j)) = loads[j](s.dof_node[i], s.dof_component[i]);
+      B(i, static_cast<Index>(j)) =
+          s.dof_component[i] < 3 ? loads[j](s.dof_node[i], s.dof_component[i]) : 0;
   // The residual compliance answers the part of a load along these forces. It adds nothing to the
   // load's shape when that part has one, too
   const SparseMatrix along = forces_on_dofs(static_forces(options, s), s);
@@ -170,6 +171,7 @@ SparseMatrix forces_on_dofs(const StaticShare& forces, const Superelement& s) {
   for (Index dof = 0; dof < s.c(); ++dof) {
     const auto [first, end] = of_node.equal_range(s.dof_node[dof]);
     const int axis = s.dof_component[dof];
+    if (axis > 2) continue;  // a rotation
     for (auto entry = first; entry != end; ++entry)
       entries.emplace_back(dof, entry->second, forces.direction(entry->second, axis));
   }
