@@ -173,8 +173,7 @@ const std::vector<Limit>& limits() {
       {pressure, {inside}, "add the sideset to `reduction.interface`, or give `traction`"},
       {pressure, {nodeset}, "give `force`, or name a sideset"},
       {traction, {nodeset}, "give `force`, which its nodes share, or name a sideset"},
-      {stress, {rigid}, "take `as: superelement` or `mesh`"},
-      {stress, {no_solids}, "leave it out"}};
+      {stress, {rigid}, "take `as: superelement` or `mesh`"}};
   return all;
 }
 

@@ -52,7 +52,7 @@ inline constexpr Feature
     pressure = "`pressure`", traction = "`traction`", inside = "a set inside a superelement",
     nodeset = "a nodeset",
     // of its output
-    stress = "`output.stress`", no_solids = "shells without solids";
+    stress = "`output.stress`";
 
 }  // namespace feature
 

@@ -66,7 +66,7 @@ struct Superelement {
   } characteristic;
 
   std::vector<Index> dof_node;     // c, index into node_ids
-  std::vector<int> dof_component;  // c, 0 1 2 = x y z; of points 3 4 5 = rotations
+  std::vector<int> dof_component;  // c, 0 1 2 = x y z; of points and shells 3 4 5 = rotations
 
   std::vector<Index> node_ids;  // n, the mesh's
   Points coordinates;           // n x 3
@@ -93,11 +93,14 @@ struct Superelement {
   Vector omega;  // n = k + c, rad/s, ascending; empty when not stored
   RowMatrix V;   // n x n; column j is mode j, rows in the order of q
 
-  // Optional recovery of the interior: u_I = Psi u_c + Phi q_k.
+  // Optional recovery of the interior: u_I = Psi u_c + Phi q_k, u_I with rotations of shells.
   struct Recovery {
     std::vector<Index> node_ids;  // interior nodes, mesh ids
     Points coordinates;
-    Matrix Psi, Phi;            // 3 n_I x c, 3 n_I x k
+    // Nodes of shells whose rotations are no interface dofs, by position in [interface nodes;
+    // interior nodes]. These rotations are the last rows of Psi and Phi.
+    std::vector<Index> rotations;
+    Matrix Psi, Phi;            // 3 (n_I + rotations) x c, and x k
     std::vector<Block> blocks;  // connectivity by position in [interface nodes; interior nodes]
   };
   std::vector<Recovery> recovery;  // none or one

@@ -396,8 +396,13 @@ class Checker {
     require_shape("/recovery/nodes/coordinates", recovery.coordinates, n_i, 3);
     require_length_scale("/recovery/nodes/coordinates", recovery.coordinates);
     require_unique("/recovery/nodes/id", recovery.node_ids);
-    require_shape("/recovery/Psi", recovery.Psi, 3 * n_i, s_.c());
-    require_shape("/recovery/Phi", recovery.Phi, 3 * n_i, s_.k());
+    const auto rows = 3 * (n_i + static_cast<Index>(recovery.rotations.size()));
+    require_shape("/recovery/Psi", recovery.Psi, rows, s_.c());
+    require_shape("/recovery/Phi", recovery.Phi, rows, s_.k());
+    require_unique("/recovery/rotations/node", recovery.rotations);
+    for (const Index node : recovery.rotations)
+      require_in_range("/recovery/rotations/node", node,
+                       static_cast<Index>(s_.node_ids.size()) + n_i);
     require_finite("/recovery/Psi", recovery.Psi);
     require_finite("/recovery/Phi", recovery.Phi);
     for (const auto& block : recovery.blocks) {

@@ -38,8 +38,16 @@ void write_recovery(Hdf5Writer& file, const std::string& prefix,
                     const Superelement::Recovery& recovery) {
   file.write(prefix + "/recovery/nodes/id", recovery.node_ids);
   file.write(prefix + "/recovery/nodes/coordinates", recovery.coordinates);
-  file.write(prefix + "/recovery/Psi", recovery.Psi);
-  file.write(prefix + "/recovery/Phi", recovery.Phi);
+  const std::string rotations = prefix + "/recovery/rotations/";
+  const auto n = 3 * static_cast<Index>(recovery.node_ids.size());
+  const auto write = [&](const std::string& name, const Matrix& rows) {
+    if (recovery.rotations.empty()) return file.write(prefix + "/recovery/" + name, rows);
+    file.write(prefix + "/recovery/" + name, Matrix(rows.topRows(n)));
+    file.write(rotations + name, Matrix(rows.bottomRows(rows.rows() - n)));
+  };
+  write("Psi", recovery.Psi);
+  write("Phi", recovery.Phi);
+  if (!recovery.rotations.empty()) file.write(rotations + "node", recovery.rotations);
   for (std::size_t i = 0; i < recovery.blocks.size(); ++i) {
     const Block& block = recovery.blocks[i];
     file.write(block_group(prefix, i) + "/connectivity", block.connectivity);
@@ -47,6 +55,7 @@ void write_recovery(Hdf5Writer& file, const std::string& prefix,
     file.attribute(block_group(prefix, i), "name", block.name);
     file.attribute(block_group(prefix, i), "id", block.id);
     file.attribute(block_group(prefix, i), "type", std::string(name(block.type)));
+    if (block.thickness > 0) file.write(block_group(prefix, i) + "/thickness", block.thickness);
   }
 }
 
@@ -136,8 +145,21 @@ Superelement::Recovery read_recovery(const Hdf5Reader& file, const std::string& 
   Superelement::Recovery recovery;
   recovery.node_ids = file.read_indices(prefix + "/recovery/nodes/id");
   recovery.coordinates = file.read_points(prefix + "/recovery/nodes/coordinates");
-  recovery.Psi = file.read_matrix(prefix + "/recovery/Psi");
-  recovery.Phi = file.read_matrix(prefix + "/recovery/Phi");
+  const std::string rotations = prefix + "/recovery/rotations/";
+  if (file.has(rotations + "node")) recovery.rotations = file.read_indices(rotations + "node");
+  const auto read = [&](const std::string& name) {
+    Matrix rows = file.read_matrix(prefix + "/recovery/" + name);
+    if (recovery.rotations.empty()) return rows;
+    const Matrix more = file.read_matrix(rotations + name);
+    if (more.cols() != rows.cols())
+      fail(file, rotations + name + ": has " + std::to_string(more.cols()) + " columns, expected " +
+                     std::to_string(rows.cols()));
+    rows.conservativeResize(rows.rows() + more.rows(), Eigen::NoChange);
+    rows.bottomRows(more.rows()) = more;
+    return rows;
+  };
+  recovery.Psi = read("Psi");
+  recovery.Phi = read("Phi");
   if (!file.has(prefix + "/recovery/blocks")) return recovery;
   for (const auto& child : file.children(prefix + "/recovery/blocks")) {
     const std::string group = prefix + "/recovery/blocks/" + child;
@@ -147,6 +169,7 @@ Superelement::Recovery read_recovery(const Hdf5Reader& file, const std::string& 
     block.type = read_element_type(file, group);
     block.connectivity = file.read_index_table(group + "/connectivity");
     block.element_ids = file.read_indices(group + "/element_id");
+    if (file.has(group + "/thickness")) block.thickness = file.read_scalar(group + "/thickness");
     recovery.blocks.push_back(std::move(block));
   }
   return recovery;

@@ -108,9 +108,12 @@ class RigidCheck {
                     number_text(load.weight));
   }
 
-  // Psi R_c = R_I: the inner nodes go along   (3 n_I x 6)
+  // Psi R_c = R_I: the inner nodes and the rotations go along   (3 (n_I + rotations) x 6)
   void check_recovery(const Superelement::Recovery& recovery) const {
-    Matrix R_I = rigid_modes(recovery.coordinates, s_.rigid_body.center);
+    const auto n_rotations = static_cast<Index>(recovery.rotations.size());
+    Points X = Points::Zero(recovery.coordinates.rows() + n_rotations, 3);
+    X.topRows(recovery.coordinates.rows()) = recovery.coordinates;
+    Matrix R_I = rigid_modes(X, s_.rigid_body.center, n_rotations);
     R_I.rightCols(3) /= size_;
     const Matrix difference = recovery.Psi * R_ - R_I;
     if (difference.size() == 0 ||

@@ -115,14 +115,18 @@ class ExodusGrids {
 ExodusVariables variables_of(const std::vector<FieldGrid>& grids,
                              const std::vector<std::string>& fields) {
   ExodusVariables variables;
+  const bool has_shells =
+      std::any_of(grids.begin(), grids.end(), [](const FieldGrid& g) { return g.is_shell(); });
   for (const std::string& field : fields) {
-    if (field == "stress") variables.element = datasets_of(field);
+    if (field == "stress") variables.element = datasets_of(field, has_shells);
     if (field == "contact_pressure") variables.nodal.push_back(field);
     if (field == "displacement" || field == "velocity")
       for (const char axis : {'x', 'y', 'z'}) variables.nodal.push_back(field + "_" + axis);
   }
   for (const FieldGrid& grid : grids)
-    variables.of_block.push_back(!variables.element.empty() && grid.block != nullptr);
+    variables.of_block.push_back(variables.element.empty() || grid.block == nullptr
+                                     ? 0
+                                     : datasets_of("stress", grid.is_shell()).size());
   return variables;
 }
 
@@ -135,8 +139,7 @@ void write_step(const Hdf5Reader& heavy, std::size_t step, const ExodusGrids& ex
     for (const auto& column : exodus.nodal(heavy, step, field)) out.write_nodal(variable++, column);
   }
   for (std::size_t g = 0; g < variables.of_block.size(); ++g) {
-    if (!variables.of_block[g]) continue;
-    for (std::size_t v = 0; v < variables.element.size(); ++v) {
+    for (std::size_t v = 0; v < variables.of_block[g]; ++v) {
       const RowMatrix values =
           heavy.read_row_matrix(step_group(step) + std::to_string(g) + "/" + variables.element[v]);
       out.write_element(v, g, {values.data(), values.data() + values.size()});

@@ -57,18 +57,14 @@ void add_interface_grids(const BuiltScene::OfInstance& of, const FieldGrid& empt
 }
 
 void add_block_grids(const BuiltScene::OfInstance& of, FieldGrid grid,
-                     const std::vector<Block>& blocks,
-                     const std::vector<BlockProperties>& properties,
-                     std::vector<FieldGrid>& grids) {
+                     const std::vector<Block>& blocks, std::vector<FieldGrid>& grids) {
   const std::string part =
       grid.part >= 0 && of.parts.size() > 1 ? ".domain" + std::to_string(grid.part + 1) : "";
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    const Block& block = blocks[b];
+  for (const Block& block : blocks) {
     if ((of.mesh && !is_structure(block)) || block.connectivity.rows() == 0) continue;
     grid.name = of.name + part + "." + block.name;
     grid.topology = xdmf_words.at(block.type);
     grid.block = &block;
-    grid.properties = properties[b];
     grid.element_ids = block.element_ids;
     grid.cells = vtk_order(block.connectivity, block.type);
     if (of.mesh)
@@ -78,11 +74,8 @@ void add_block_grids(const BuiltScene::OfInstance& of, FieldGrid grid,
 }
 
 // Adds the recovered interiors of all parts.
-void add_recovered_grids(const Scene& scene, const BuiltScene::OfInstance& of, FieldGrid grid,
+void add_recovered_grids(const BuiltScene::OfInstance& of, FieldGrid grid,
                          std::vector<FieldGrid>& grids) {
-  std::map<std::string, BlockProperties> of_blocks;  // needed for stress only
-  const Component& component = scene.components.at(of.component);
-  if (is_stress_wanted(scene)) of_blocks = recovered_properties(component, scene, of);
   for (std::size_t p = 0; p < of.parts.size(); ++p) {
     const Superelement& s = *of.parts[p].superelement;
     const Superelement::Recovery& recovery = s.recovery.front();
@@ -92,10 +85,7 @@ void add_recovered_grids(const Scene& scene, const BuiltScene::OfInstance& of, F
     grid.points = placed(X, of.placement);
     grid.node_ids = s.node_ids;
     grid.node_ids.insert(grid.node_ids.end(), recovery.node_ids.begin(), recovery.node_ids.end());
-    std::vector<BlockProperties> properties;
-    for (const Block& block : recovery.blocks)
-      properties.push_back(of_blocks.empty() ? BlockProperties() : of_blocks.at(block.name));
-    add_block_grids(of, grid, recovery.blocks, properties, grids);
+    add_block_grids(of, grid, recovery.blocks, grids);
   }
 }
 
@@ -109,20 +99,10 @@ void add_instance_grids(const Scene& scene, const BuiltScene& built, Index i, Re
       of.geometry->coordinates.rows() - static_cast<Index>(of.geometry->rotations.size());
   grid.points = built.simulation.bodies[i]->reference_positions().topRows(n);
   grid.node_ids.assign(of.geometry->node_ids.begin(), of.geometry->node_ids.begin() + n);
-  if (of.mesh) add_block_grids(of, grid, of.mesh->blocks, of.properties, grids);
+  if (of.mesh) add_block_grids(of, grid, of.mesh->blocks, grids);
   const bool is_recovered = !of.mesh && !of.parts.front().superelement->recovery.empty();
   if (!of.mesh) add_interface_grids(of, grid, grids);
-  if (is_recovered) add_recovered_grids(scene, of, grid, grids);
-  const auto& fields = scene.output.fields;
-  const bool is_nodal_wanted =
-      std::find(fields.begin(), fields.end(), "nodal_stress") != fields.end();
-  const bool has_shells = std::any_of(grids.begin(), grids.end(), [&](const FieldGrid& other) {
-    return other.instance == i && other.block && dimension(other.block->type) != 3;
-  });
-  if (has_shells && (of.mesh ? is_nodal_wanted : is_stress_wanted(scene)))
-    report.line("note: no " + std::string(of.mesh ? "nodal_stress" : "stress") +
-                " of the shells of '" + of.name + "': it is 0 in the fields" +
-                (of.mesh ? "" : "; that of shells of a full mesh is known (as: mesh)"));
+  if (is_recovered) add_recovered_grids(of, grid, grids);
   if (is_stress_wanted(scene) && !of.mesh && !is_recovered)
     report.line("note: no stress of '" + of.name +
                 "': its superelement has no recovery data (reduction.recovery: true)");
@@ -139,10 +119,12 @@ IndexTable vtk_order(const IndexTable& nodes, ElementType type) {
   return out;
 }
 
-std::vector<std::string> datasets_of(const std::string& field) {
+std::vector<std::string> datasets_of(const std::string& field, bool is_shell) {
   if (!is_stress(field)) return {field};
   std::vector<std::string> names;
-  for (const std::string_view name : stress_names) names.push_back(field + "_" + std::string(name));
+  for (const std::string face : {"_", "_top_", "_bottom_"})
+    for (const std::string_view name : stress_names)
+      if (is_shell || face == "_") names.push_back(field + face + std::string(name));
   return names;
 }
 

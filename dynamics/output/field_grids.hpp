@@ -39,13 +39,14 @@ struct FieldGrid {
   Index part = -1;
   // For stress, which needs the element; otherwise null
   const Block* block = nullptr;
-  BlockProperties properties;
-  Index material = 0;  // of InstanceElements, for nodal stress
+  std::vector<Index> groups;  // of InstanceElements: one, of shells top and bottom; none: no stress
+  bool is_shell() const { return block != nullptr && dimension(block->type) != 3; }
 };
 
 // Datasets of a field of the scene: for stresses the columns of stress_values(), each with its own
-// name. "stress" has cell values, the others nodal values.
-std::vector<std::string> datasets_of(const std::string& field);
+// name; of shells those of the face with the larger von Mises stress, of the top and of the bottom.
+// "stress" has cell values, the others nodal values.
+std::vector<std::string> datasets_of(const std::string& field, bool is_shell = false);
 bool is_stress(const std::string& field);
 
 // Grids of all instances, in order. Reports instances for which stress is not available.

@@ -11,7 +11,6 @@
 
 #include "common/app/report.hpp"
 #include "common/base/error.hpp"
-#include "common/fem/elements/nodal_stress.hpp"
 #include "common/fem/stress_values.hpp"
 #include "common/files/output_file.hpp"
 #include "dynamics/output/exodus_fields.hpp"
@@ -48,7 +47,7 @@ FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built,
         scene.output.source.text() +
         ": output.format: exodus needs an element or a face to show, and the scene has " +
         "none: leave output.fields out, or reduce with faces on the interface");
-  if (wanted("nodal_stress")) find_materials(scene);
+  if (std::any_of(fields_.begin(), fields_.end(), is_stress)) find_elements(scene, report);
   contact_of_.assign(built.simulation.bodies.size(), nullptr);
   for (const ContactNodes& contact : built.simulation.contact_nodes)
     contact_of_[contact.body] = &contact;
@@ -57,7 +56,7 @@ FieldWriter::FieldWriter(const Scene& scene, const BuiltScene& built,
 
 void FieldWriter::start(const std::string& run_hash) {
   heavy_ = std::make_unique<Hdf5Writer>(heavy_file_);
-  heavy_->start("cbr-fields", "1.4", "cbr-dyn");
+  heavy_->start("cbr-fields", "1.5", "cbr-dyn");
   if (!run_hash.empty()) heavy_->attribute("/", "run_hash", run_hash);
   write_grids();
 }
@@ -127,22 +126,19 @@ bool FieldWriter::wanted(const std::string& field) const {
   return std::find(fields_.begin(), fields_.end(), field) != fields_.end();
 }
 
-// Finds the instance's material of each grid with elements.
-void FieldWriter::find_materials(const Scene& scene) {
-  std::size_t group = 0;
-  for (std::size_t g = 0; g < grids_.size(); ++g) {
-    FieldGrid& grid = grids_[g];
-    if (!grid.block || dimension(grid.block->type) != 3) continue;
-    const auto [found, is_new] = elements_.try_emplace(grid.instance);
-    if (is_new) {
-      found->second = std::make_unique<InstanceElements>(scene, built_.instances[grid.instance],
-                                                         scene.output.source);
-      group = 0;
-    }
-    const auto& groups = found->second->groups();
-    // blocks without elements have no grid
-    while (groups[group].element_ids != grid.element_ids) ++group;
-    grid.material = groups[group].material;
+// Finds the elements of each grid; rigid bodies have no stress.
+void FieldWriter::find_elements(const Scene& scene, Report& report) {
+  for (FieldGrid& grid : grids_) {
+    const auto& of = built_.instances[grid.instance];
+    if (!grid.block || of.is_rigid) continue;
+    auto& elements = elements_[grid.instance];
+    if (!elements) elements = std::make_unique<InstanceElements>(scene, of, scene.output.source);
+    const auto& groups = elements->groups();
+    for (std::size_t g = 0; g < groups.size(); ++g)
+      if (groups[g].element_ids == grid.element_ids) grid.groups.push_back(static_cast<Index>(g));
+    if (grid.groups.empty())
+      report.line("note: no stress of the shells of '" + of.name +
+                  "': its superelement has no rotations of them; run cbr-reduce --force");
   }
 }
 
@@ -164,11 +160,7 @@ FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
     body.displacements(motion.u, motion.v);
     motion.u.conservativeResize(grid.points.rows(), Eigen::NoChange);
     motion.v.conservativeResize(grid.points.rows(), Eigen::NoChange);
-    if (body.turns()) {
-      motion.turn = turn_of(body);
-      Points rates;
-      body.unturned_displacements(motion.strained, rates);
-    }
+    if (body.turns()) motion.turn = turn_of(body);
     return motion;
   }
   const auto& of = built_.instances[grid.instance];
@@ -187,7 +179,8 @@ FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
     for (const auto& [node, rotation] : of.geometry->rotations) u.row(rotation) = u.row(node);
     // u_I = Psi u_c + Phi q_k, then to the scene's axes
     const Vector u_I = recovery.Psi * u_c + recovery.Phi * q.segment(part.first_mode, s.k());
-    u.bottomRows(u_I.size() / 3) = Eigen::Map<const Points>(u_I.data(), u_I.size() / 3, 3);
+    const Index n = recovery.coordinates.rows();
+    u.bottomRows(n) = Eigen::Map<const Points>(u_I.data(), n, 3);
     return Points(u * of.placement.T.transpose());
   };
   Vector q, rates;
@@ -195,82 +188,65 @@ FieldWriter::Motion FieldWriter::motion_of(const FieldGrid& grid) const {
   motion.u = whole(q);
   motion.v = whole(rates);
   motion.turn = turn_of(body);
-  if (motion.turn) motion.strained = motion.u;
   body.turn(grid.points, motion.u, motion.v);
   return motion;
 }
 
-// stress_values() at the elements' centres, scene axes.
-Matrix FieldWriter::stresses(const FieldGrid& grid, const Motion& motion) const {
-  const Points& u = motion.turn ? motion.strained : motion.u;
-  const auto& of = built_.instances[grid.instance];
-  const IndexTable& connectivity = grid.block->connectivity;
-  if (dimension(grid.block->type) != 3) return shell_stresses(grid);
-  const Matrix3& T = of.placement.T;
-  Matrix out(connectivity.rows(), 6);
-  Points X(connectivity.cols(), 3), u_e(connectivity.cols(), 3);
-  for (Index e = 0; e < connectivity.rows(); ++e) {
-    for (Index a = 0; a < connectivity.cols(); ++a) {
-      const Index node = of.mesh ? of.body_node[connectivity(e, a)] : connectivity(e, a);
-      X.row(a) = (grid.points.row(node) - of.placement.position.transpose()) * T;
-      u_e.row(a) = u.row(node) * T;
-    }
-    out.row(e) =
-        element_stress(grid.block->type, grid.properties.hex, X, grid.properties.material, u_e)
-            .transpose();
-  }
-  return stress_values(turned_stress(out, motion.turn ? Matrix3(*motion.turn * T) : T));
+// Displacements of the instance's elements at this time, without its large rotation.
+const Points& FieldWriter::strained(Index instance) {
+  if (strained_of_ == instance) return strained_;
+  Vector q, rates;
+  built_.simulation.bodies[instance]->coordinates(q, rates);
+  strained_ = elements_.at(instance)->displacements(q);
+  strained_of_ = instance;
+  nodal_.resize(0, 0);
+  return strained_;
 }
 
-// The same for shells of a mesh, at the face (top or bottom) with the larger von Mises stress. Not
-// for superelements, which have no interior rotations.
-Matrix FieldWriter::shell_stresses(const FieldGrid& grid) const {
-  const IndexTable& connectivity = grid.block->connectivity;
-  const auto& of = built_.instances[grid.instance];
-  Matrix out = Matrix::Zero(connectivity.rows(), n_stress_values);
-  if (!of.mesh || of.is_rigid || !is_structure(*grid.block)) return out;
-  const Matrix3& T = of.placement.T;
-  const ShellProperties shell{grid.properties.material, grid.block->thickness};
-  Points moves, rates;
-  built_.simulation.bodies[grid.instance]->displacements(moves, rates);
-  Points X(connectivity.cols(), 3), u(X.rows(), 3), theta(X.rows(), 3);
-  for (Index e = 0; e < connectivity.rows(); ++e) {
-    for (Index a = 0; a < connectivity.cols(); ++a) {
-      const Index node = of.body_node[connectivity(e, a)];
-      X.row(a) = (grid.points.row(node) - of.placement.position.transpose()) * T;
-      u.row(a) = moves.row(node) * T;
-      theta.row(a) = moves.row(of.geometry->rotations.at(node)) * T;
-    }
-    const Matrix faces = stress_values(
-        turned_stress(shell_stress(grid.block->type, X, shell, u, theta)({0, 2}, Eigen::all), T));
-    out.row(e) = faces.row(faces(1, von_mises_column) > faces(0, von_mises_column) ? 1 : 0);
-  }
-  return out;
+namespace {
+
+// From stress_values() of the groups of a grid, those of datasets_of().
+Matrix of_grid(const FieldGrid& grid, Index rows, const std::vector<Matrix>& of_groups) {
+  if (of_groups.empty()) return Matrix::Zero(rows, (grid.is_shell() ? 3 : 1) * n_stress_values);
+  if (!grid.is_shell()) return of_groups.front();
+  const Matrix &top = of_groups.front(), &bottom = of_groups.back();
+  Matrix all(rows, 3 * n_stress_values);
+  all << top, top, bottom;
+  for (Index i = 0; i < rows; ++i)
+    if (bottom(i, von_mises_column) > top(i, von_mises_column))
+      all.row(i).head(n_stress_values) = bottom.row(i);
+  return all;
 }
 
-// stress_values() at each point of the grid in the material of its block, scene axes; 0 for points
-// without an element.
-Matrix FieldWriter::nodal_stresses(const FieldGrid& grid, const Motion& motion) {
-  if (dimension(grid.block->type) != 3) return Matrix::Zero(grid.points.rows(), n_stress_values);
-  const auto& of = built_.instances[grid.instance];
-  const Matrix3& T = of.placement.T;
-  if (nodal_of_ != grid.instance) {
-    Vector q, rates;
-    built_.simulation.bodies[grid.instance]->coordinates(q, rates);
+}  // namespace
+
+// At the elements' centres, scene axes; T: from component axes.
+Matrix FieldWriter::stresses(const FieldGrid& grid, const Matrix3& T) {
+  std::vector<Matrix> of_groups;
+  for (const Index g : grid.groups) {
     const InstanceElements& elements = *elements_.at(grid.instance);
-    nodal_ = stress_values(turned_stress(elements.nodal_stresses(elements.displacements(q)),
-                                         motion.turn ? Matrix3(*motion.turn * T) : T));
-    nodal_of_ = grid.instance;
+    of_groups.push_back(stress_values(turned_stress(
+        elements.element_stresses(elements.groups()[g], strained(grid.instance)), T)));
   }
-  const InstanceElements& elements = *elements_.at(grid.instance);
-  Matrix out = Matrix::Zero(grid.points.rows(), n_stress_values);
-  for (Index i = 0; i < out.rows(); ++i) {
-    const Index node =
-        grid.part < 0 ? i : elements.node_of_part(static_cast<std::size_t>(grid.part), i);
-    if (const Index place = elements.place(node, grid.material); place >= 0)
-      out.row(i) = nodal_.row(place);
+  return of_grid(grid, grid.cells.rows(), of_groups);
+}
+
+// At each point of the grid in the material of its block; 0 for points without an element.
+Matrix FieldWriter::nodal_stresses(const FieldGrid& grid, const Matrix3& T) {
+  std::vector<Matrix> of_groups;
+  for (const Index g : grid.groups) {
+    const InstanceElements& elements = *elements_.at(grid.instance);
+    const Points& u = strained(grid.instance);
+    if (nodal_.size() == 0) nodal_ = stress_values(turned_stress(elements.nodal_stresses(u), T));
+    Matrix& out = of_groups.emplace_back(Matrix::Zero(grid.points.rows(), n_stress_values));
+    for (Index i = 0; i < out.rows(); ++i) {
+      const Index node =
+          grid.part < 0 ? i : elements.node_of_part(static_cast<std::size_t>(grid.part), i);
+      if (const Index place = elements.place(node, elements.groups()[g].material); place >= 0)
+        out.row(i) = nodal_.row(place);
+    }
   }
-  return out;
+  return of_grid(grid, grid.points.rows(), of_groups);
 }
 
 // p x 1: at contact nodes, 0 elsewhere.
@@ -294,7 +270,7 @@ bool FieldWriter::shares_points(std::size_t g) const {
 
 void FieldWriter::add(double t) {
   const std::string step = step_group(times_.size());
-  nodal_of_ = -1;
+  strained_of_ = -1;
   Motion motion;
   for (std::size_t g = 0; g < grids_.size(); ++g) {
     const bool same = shares_points(g);
@@ -312,9 +288,11 @@ void FieldWriter::add(double t) {
     write("velocity", [&]() -> const Points& { return motion.v; });
     write("contact_pressure", [&] { return pressures(grids_[g]); });
     if (!grids_[g].block) continue;
-    if (wanted("stress")) add_stresses(group, "stress", grids_[g], stresses(grids_[g], motion), t);
+    Matrix3 T = built_.instances[grids_[g].instance].placement.T;
+    if (motion.turn) T = *motion.turn * T;
+    if (wanted("stress")) add_stresses(group, "stress", grids_[g], stresses(grids_[g], T), t);
     if (wanted("nodal_stress"))
-      add_stresses(group, "nodal_stress", grids_[g], nodal_stresses(grids_[g], motion), t);
+      add_stresses(group, "nodal_stress", grids_[g], nodal_stresses(grids_[g], T), t);
   }
   times_.push_back(t);
 }
@@ -322,7 +300,7 @@ void FieldWriter::add(double t) {
 void FieldWriter::add_stresses(const std::string& group, const std::string& field,
                                const FieldGrid& grid, const Matrix& stress, double t) {
   require_finite(stress, field, grid, t);
-  const std::vector<std::string> datasets = datasets_of(field);
+  const std::vector<std::string> datasets = datasets_of(field, grid.is_shell());
   for (std::size_t i = 0; i < datasets.size(); ++i) {
     heavy_->write(group + datasets[i], Matrix(stress.col(static_cast<Index>(i))));
   }

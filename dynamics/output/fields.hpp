@@ -44,18 +44,16 @@ class FieldWriter {
  private:
   struct Motion {
     Points u, v;
-    // Large rotation: the rotation, and u without it, for strains
-    std::optional<Matrix3> turn = {};
-    Points strained = {};
+    std::optional<Matrix3> turn = {};  // large rotation
   };
   void start(const std::string& run_hash);
   void go_on(const Saved& saved, const std::string& run_hash);
   Motion motion_of(const FieldGrid& grid) const;
   Matrix pressures(const FieldGrid& grid) const;
-  Matrix stresses(const FieldGrid& grid, const Motion& motion) const;
-  Matrix shell_stresses(const FieldGrid& grid) const;
-  Matrix nodal_stresses(const FieldGrid& grid, const Motion& motion);
-  void find_materials(const Scene& scene);
+  const Points& strained(Index instance);
+  Matrix stresses(const FieldGrid& grid, const Matrix3& T);
+  Matrix nodal_stresses(const FieldGrid& grid, const Matrix3& T);
+  void find_elements(const Scene& scene, Report& report);
   void add_stresses(const std::string& group, const std::string& field, const FieldGrid& grid,
                     const Matrix& stress, double t);
   void write_grids();
@@ -70,10 +68,10 @@ class FieldWriter {
   std::unique_ptr<Hdf5Writer> heavy_;
   std::vector<FieldGrid> grids_;
   std::vector<const ContactNodes*> contact_of_;                  // per instance, or null
-  std::map<Index, std::unique_ptr<InstanceElements>> elements_;  // per instance with nodal stress
-  // stress_values() of nodal_of_ at this time
-  Matrix nodal_;
-  Index nodal_of_ = -1;
+  std::map<Index, std::unique_ptr<InstanceElements>> elements_;  // per instance with stress
+  Points strained_;  // of the elements of strained_of_ at this time
+  Matrix nodal_;     // stress_values() of its nodes; empty: not yet
+  Index strained_of_ = -1;
   std::vector<double> times_;
 };
 

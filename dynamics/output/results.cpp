@@ -63,6 +63,12 @@ void write_reactions(Hdf5Writer& file, const Simulation& simulation, const RunRe
   }
 }
 
+// Which face of a shell each stress is of, where there are shells.
+void write_faces(Hdf5Writer& file, const std::string& group, const std::vector<Index>& faces) {
+  if (std::any_of(faces.begin(), faces.end(), [](Index face) { return face != 0; }))
+    file.write(group + "face", faces);
+}
+
 // Each column of stress_values() under its name; rows: outputs, columns: nodes or elements.
 void write_watches(Hdf5Writer& file, const Simulation& simulation, const RunResult& result) {
   for (std::size_t w = 0; w < result.watches.size(); ++w) {
@@ -71,6 +77,7 @@ void write_watches(Hdf5Writer& file, const Simulation& simulation, const RunResu
         "/stress/" + group_name(watch.name) + (watch.of_nodes ? "/" : "/elements/");
     file.write(group + (watch.of_nodes ? "node_id" : "element_id"), watch.ids);
     if (watch.of_nodes) file.write(group + "block_id", watch.block_ids);
+    write_faces(file, group, watch.faces);
     const auto m = static_cast<Index>(watch.ids.size()), n = static_cast<Index>(result.time.size());
     const Matrix values =
         stress_values(Eigen::Map<const RowMatrix>(result.watches[w].data(), n * m, 6));
@@ -96,18 +103,23 @@ void write_scans(Hdf5Writer& file, const Simulation& simulation, const RunResult
     const std::string group = "/stress/" + group_name(scan.name) + "/";
     if (scan.n_worst > 0) {
       const auto n = static_cast<Index>(result.time.size());
-      IndexTable ids(n, scan.n_worst);
-      for (Index k = 0; k < ids.size(); ++k)
+      IndexTable ids(n, scan.n_worst), faces = ids;
+      for (Index k = 0; k < ids.size(); ++k) {
         ids(k / scan.n_worst, k % scan.n_worst) = scan.element_ids[of.worst[k]];
+        faces(k / scan.n_worst, k % scan.n_worst) = scan.element_faces[of.worst[k]];
+      }
       file.write(group + "worst/element_id", ids);
+      if (!faces.isZero(0)) file.write(group + "worst/face", faces);
       file.write(group + "worst/von_mises",
                  Matrix(Eigen::Map<const RowMatrix>(of.worst_stress.data(), n, scan.n_worst)));
     }
     if (!scan.envelope) continue;
     file.write(group + "envelope/elements/element_id", scan.element_ids);
+    write_faces(file, group + "envelope/elements/", scan.element_faces);
     write_envelope(file, group + "envelope/elements/", of.of_elements);
     file.write(group + "envelope/nodes/node_id", scan.node_ids);
     file.write(group + "envelope/nodes/block_id", scan.node_block_ids);
+    write_faces(file, group + "envelope/nodes/", scan.node_faces);
     write_envelope(file, group + "envelope/nodes/", of.of_nodes);
   }
 }
@@ -203,7 +215,7 @@ void write_results(const std::filesystem::path& path, const Simulation& simulati
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
   Hdf5Writer file(path);
-  file.start("cbr-results", "1.13", "cbr-dyn");
+  file.start("cbr-results", "1.14", "cbr-dyn");
   Index n_dofs = 0;
   for (const auto& body : simulation.bodies) n_dofs += body->n_dofs();
   file.attribute("/", "partial", Index{result.ended_at ? 1 : 0});

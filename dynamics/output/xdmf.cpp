@@ -75,7 +75,7 @@ class XdmfText {
       const bool of_cells = field == "stress",
                  vector = field == "displacement" || field == "velocity";
       if (!wanted(field) || (is_stress(field) && !grid.block)) continue;
-      for (const std::string& dataset : datasets_of(field)) {
+      for (const std::string& dataset : datasets_of(field, grid.is_shell())) {
         out_ << "<Attribute Name=\"" << dataset << "\" AttributeType=\""
              << (vector ? "Vector" : "Scalar") << "\" Center=\"" << (of_cells ? "Cell" : "Node")
              << "\">" << item(heavy_, group + dataset, of_cells ? e : n, vector ? 3 : 1, false)

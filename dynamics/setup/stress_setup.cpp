@@ -36,6 +36,7 @@ class StressRows {
       row_of_place[place] = 6 * static_cast<Index>(watch.ids.size());
       watch.ids.push_back(id);
       watch.block_ids.push_back(block);
+      watch.faces.push_back(elements_.nodal_places()[place].face);
     }
     std::map<Index, double> count;
     for (const auto& group : elements_.groups())
@@ -45,22 +46,22 @@ class StressRows {
     rows_ = 6 * static_cast<Index>(watch.ids.size());
   }
 
-  // Adds six rows for the stress at an element's centre. False: no such element.
+  // Adds six rows for the stress at an element's centre, of a shell for either face. False: no such
+  // element.
   bool add_element(Index id, StressWatch& watch) {
+    const Index before = rows_;
     for (const auto& group : elements_.groups()) {
       const auto found = std::find(group.element_ids.begin(), group.element_ids.end(), id);
       if (found == group.element_ids.end()) continue;
       const Index e = found - group.element_ids.begin();
-      const Points X = elements_.element_points(group, e);
-      each_motion(group, e, [&](Index column, const Points& u) {
-        add(rows_, column,
-            element_stress(group.type, group.properties.hex, X, group.properties.material, u));
+      each_motion(group, e, [&](Index column, const Points& motion) {
+        add(rows_, column, elements_.centre_stress(group, e, motion).row(0));
       });
       watch.ids.push_back(id);
+      watch.faces.push_back(group.face);
       rows_ += 6;
-      return true;
     }
-    return false;
+    return rows_ > before;
   }
 
   // 6 m x 3 N, rotated to the scene's axes by T.
@@ -80,11 +81,12 @@ class StressRows {
  private:
   template <typename Action>
   void each_motion(const InstanceElements::Group& group, Index e, const Action& action) const {
-    Points u = Points::Zero(group.nodes.cols(), 3);
+    const std::vector<Index> nodes = elements_.moving_nodes(group, e);
+    Points u = Points::Zero(static_cast<Index>(nodes.size()), 3);
     for (Index b = 0; b < u.rows(); ++b) {
       for (Index d = 0; d < 3; ++d) {
         u(b, d) = 1;
-        action(3 * group.nodes(e, b) + d, u);
+        action(3 * nodes[b] + d, u);
         u(b, d) = 0;
       }
     }
@@ -106,10 +108,8 @@ class StressRows {
       count[found->second / 6] += 1;
     }
     if (wanted.empty()) return;
-    const Points X = elements_.element_points(group, e);
-    each_motion(group, e, [&](Index column, const Points& u) {
-      const Matrix stress =
-          element_nodal_stress(group.type, group.properties.hex, X, group.properties.material, u);
+    each_motion(group, e, [&](Index column, const Points& motion) {
+      const Matrix stress = elements_.corner_stress(group, e, motion);
       for (const auto& [a, row] : wanted) add(row, column, stress.row(a));
     });
   }
@@ -179,12 +179,15 @@ StressScan scan_of(std::shared_ptr<const InstanceElements> elements, const Stres
   scan.name = stress.instance;
   scan.n_worst = std::min(stress.worst, elements->n_elements());
   scan.envelope = stress.envelope;
-  for (const auto& group : elements->groups())
+  for (const auto& group : elements->groups()) {
     scan.element_ids.insert(scan.element_ids.end(), group.element_ids.begin(),
                             group.element_ids.end());
+    scan.element_faces.insert(scan.element_faces.end(), group.element_ids.size(), group.face);
+  }
   for (const auto& place : elements->nodal_places()) {
     scan.node_ids.push_back(elements->node_id(place.node));
     scan.node_block_ids.push_back(place.block_id);
+    scan.node_faces.push_back(place.face);
   }
   scan.stresses = [elements, T, envelope = stress.envelope](const Vector& q, Matrix& of_elements,
                                                             Matrix& of_nodes) {
@@ -205,9 +208,6 @@ void add_stress(const SceneIndex& index, BuiltScene& built) {
     const BuiltScene::OfInstance& of = built.instances[body];
     auto& elements = known[body];
     if (!elements) elements = std::make_shared<InstanceElements>(scene, of, stress.source);
-    if (elements->groups().empty())
-      refuse(stress.source, "instance '" + stress.instance + "'", feature::stress,
-             feature::no_solids);
     const Matrix3& T = of.placement.T;
     const auto add = [&](StressWatch watch) {
       watch.body = body;

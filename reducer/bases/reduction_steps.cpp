@@ -139,11 +139,6 @@ void recover_in_one(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement
   recovery.coordinates = coordinates_of(r, inside);
   recovery.Psi = std::move(Psi);
   recovery.Phi = std::move(Phi);
-  if (r.p.interior_rotations > 0) {
-    const auto n = 3 * static_cast<Index>(inside.size());
-    recovery.Psi.conservativeResize(n, Eigen::NoChange);
-    recovery.Phi.conservativeResize(n, Eigen::NoChange);
-  }
   if (r.p.n_interior() == 0) {
     recovery.Psi.resize(0, r.p.n_interface());
     recovery.Phi.resize(0, s.k());
@@ -152,6 +147,8 @@ void recover_in_one(const Reduction& r, Matrix&& Psi, Matrix&& Phi, Superelement
   add_fixed_rows(r.p, recovery.Phi);
   add_nodes_of_points(r, recovery);
   const std::vector<Index> place = places(r);
+  for (std::size_t i = inside.size(); i < r.p.interior_nodes.size(); ++i)
+    recovery.rotations.push_back(place[mesh_node(r, r.p.interior_nodes[i])]);
   for (const auto& block : r.mesh.blocks) {
     if (!is_structure(block)) continue;
     recovery.blocks.push_back(block);

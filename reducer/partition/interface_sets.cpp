@@ -117,6 +117,14 @@ void keep_elements_at(const Mesh& mesh, const std::vector<std::string>& names,
   }
   for (Block& block : recovery.blocks)
     for (Index& i : block.connectivity.reshaped()) i = new_place[i];
+  std::vector<Index> rotations;
+  for (std::size_t i = 0; i < recovery.rotations.size(); ++i) {
+    if (is_needed[recovery.rotations[i]] == 0) continue;
+    rotations.push_back(new_place[recovery.rotations[i]]);
+    const Index row = 3 * (n + static_cast<Index>(i));
+    dofs.insert(dofs.end(), {row, row + 1, row + 2});
+  }
+  recovery.rotations = rotations;
   recovery.node_ids = ids;
   recovery.coordinates = Points(recovery.coordinates(nodes, Eigen::all));
   recovery.Psi = Matrix(recovery.Psi(dofs, Eigen::all));

@@ -147,8 +147,6 @@ TEST_F(Shells, WhatCannotBeIsRefusedByName) {
                run;
          }),
          {"skin", "nodes with rotations"});
-  expect(with([&](Shelled& s) { s.output = "stress: [a.x_0]"; }),
-         {"output.stress", "shells without solids"});
 }
 
 }  // namespace

@@ -363,5 +363,69 @@ TEST_F(Shells, FieldsHaveTheStressOfTheOuterFace) {
   }
 }
 
+// A strip in pure bending, M about its width: sigma = 6 M / (b t^2) at the top, its opposite at the
+// bottom, at elements, nodes, in the scan and in the fields. A pulled one has F / (b t) on both.
+// Meshes, and superelements with rotations kept or inside, turned and mirrored.
+TEST_F(Shells, TopAndBottomHaveTheirStress) {
+  const double width = 0.2, bent = 6 * 10 / (width * t * t), pulled = 3000 / (width * t);
+  folder.add("plate.exo", plate(Faces::quads, 8, 2, 1, width));
+  const std::string reduced = "interface: [x_0, x_1], modes: 10, recovery: true";
+  for (const std::string& reduction :
+       {std::string(), reduced,
+        std::string("interface: [x_0, x_1, y_0], modes: 10, recovery: true, basis: characteristic, "
+                    "characteristic: {keep: x_1}"),
+        std::string("interface: [x_0, x_1], modes: 10, recovery: [tip, corner]")})
+    for (const std::string& place : {std::string(", rotation: [0, 0, 90]"),
+                                     std::string(", rotation: [0, 0, 90], mirror: z")}) {
+      Shelled scene{.nu = "0", .reduction = reduction, .instance = place};
+      const bool is_whole = !reduction.ends_with("]");
+      const auto run = [&](const std::string& load) {
+        scene.more = "boundary:\n" + held("x_0", "[x, y, z]", "") +
+                     "loads: [{instance: a, surface: x_1, " + load +
+                     "}]\ntime: {end: 1, step: 1, static: true}\n";
+        scene.output =
+            std::string("fields: [stress, nodal_stress], stress: [a.tip") +
+            (is_whole ? ", {instance: a, elements: [4], worst: 3, envelope: true}" : "") + "]";
+        return folder.run(yaml(scene));
+      };
+      // Shells turn about the scene's x by a moment: tension where their normal, z, points to
+      const double up = place.ends_with("z") ? -1 : 1;
+      const Ran ran = run("moment: [10, 0, 0]");
+      const StressWatch& tip = ran.built.simulation.watches.front();
+      ASSERT_EQ(tip.ids.size(), 2u) << reduction;
+      EXPECT_EQ(tip.faces, (std::vector<Index>{1, -1}));
+      const auto yy = [&](const Ran& of, std::size_t watch, std::size_t i) {
+        const std::vector<double>& all = of.result.watches[watch];
+        return all[all.size() - 6 * (2 - i) + 1];
+      };
+      // The tip's element is at the end, whose corners take as much as other nodes
+      EXPECT_NEAR(yy(ran, 0, 0), -up * bent, 0.15 * bent) << reduction << place;
+      EXPECT_NEAR(yy(ran, 0, 1), -yy(ran, 0, 0), 1e-9 * bent) << reduction << place;
+      if (!is_whole) continue;
+      EXPECT_NEAR(yy(ran, 1, 0), -up * bent, 0.01 * bent) << reduction << place;
+      EXPECT_NEAR(yy(ran, 1, 1), -yy(ran, 1, 0), 1e-9 * bent) << reduction << place;
+      const StressScan& scan = ran.built.simulation.scans.front();
+      EXPECT_EQ(scan.element_ids.size(), 32u);
+      EXPECT_EQ(std::count(scan.element_faces.begin(), scan.element_faces.end(), -1), 16);
+      const auto results = folder.folder() / "r.h5";
+      FieldWriter fields(ran.scene, ran.built, results, report);
+      fields.add(1);
+      fields.commit();
+      const Hdf5Reader file(folder.folder() / "r.fields.h5");
+      Index grid = 0;
+      while (file.read_string("/grids/" + std::to_string(grid), "name") != "a.plate") ++grid;
+      const auto field = [&](const std::string& name, Index i) {
+        return file.read_matrix("/steps/0/" + std::to_string(grid) + "/" + name)(i, 0);
+      };
+      EXPECT_NEAR(field("stress_top_yy", 3), -up * bent, 0.01 * bent);
+      EXPECT_NEAR(field("stress_bottom_yy", 3), up * bent, 0.01 * bent);
+      EXPECT_NEAR(field("stress_von_mises", 3), bent, 0.01 * bent);
+      EXPECT_NEAR(field("nodal_stress_top_von_mises", 0), bent, 0.05 * bent);
+      const Ran pull = run("force: [0, 3000, 0]");
+      EXPECT_NEAR(yy(pull, 1, 0), pulled, 0.01 * pulled) << reduction << place;
+      EXPECT_NEAR(yy(pull, 1, 1), pulled, 0.01 * pulled) << reduction << place;
+    }
+}
+
 }  // namespace
 }  // namespace cbr::shells_test

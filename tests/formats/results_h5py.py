@@ -45,7 +45,7 @@ def check_contract(file):
         assert file[name].shape == shape, (name, file[name].shape)
         assert file[name].dtype == F or name == "contact/active", (name, file[name].dtype)
         assert np.isfinite(file[name][()]).all(), name
-    assert (file.attrs["format"], file.attrs["format_version"]) == ("cbr-results", "1.13")
+    assert (file.attrs["format"], file.attrs["format_version"]) == ("cbr-results", "1.14")
     assert file.attrs["warnings"] == ""
     assert file["instances/left"].attrs["superelement"] == "block.cbr.h5" and len(file["instances/left"].attrs["superelement_hash"]) == 32
     assert "superelement" not in file["instances/right"].attrs

@@ -15,8 +15,8 @@ namespace cbr {
 // readers join.
 struct ExodusVariables {
   std::vector<std::string> nodal, element;
-  // per block of the mesh: whether its elements have the values `element`
-  std::vector<bool> of_block;
+  // per block of the mesh: how many of the values `element`, the first ones, its elements have
+  std::vector<std::size_t> of_block;
 };
 
 // Writes the mesh, then one step after the other, then close(). Every step has every value once.

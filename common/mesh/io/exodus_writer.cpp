@@ -101,7 +101,7 @@ void define(NetcdfWriter& file, const ExodusVariables& variables) {
   file.define_integers("elem_var_tab", {"num_el_blk", "num_elem_var"});
   for (std::size_t v = 0; v < variables.element.size(); ++v)
     for (std::size_t b = 0; b < variables.of_block.size(); ++b)
-      if (variables.of_block[b])
+      if (v < variables.of_block[b])
         file.define_reals(element_variable(v, b),
                           {"time_step", "num_el_in_blk" + std::to_string(b + 1)});
 }
@@ -111,8 +111,8 @@ void write_values(NetcdfWriter& file, const ExodusVariables& variables, Index wi
   if (variables.element.empty()) return;
   file.write("name_elem_var", variables.element, width);
   std::vector<Index> table;
-  for (const bool has : variables.of_block)
-    table.insert(table.end(), variables.element.size(), has ? 1 : 0);
+  for (const std::size_t n : variables.of_block)
+    for (std::size_t v = 0; v < variables.element.size(); ++v) table.push_back(v < n ? 1 : 0);
   file.write("elem_var_tab", table);
 }
 

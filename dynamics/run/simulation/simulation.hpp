@@ -175,6 +175,7 @@ struct StressWatch {
   std::vector<Index> ids;  // m, of nodes or elements of the mesh
   // m, for nodes: a block of the material over whose elements the stress is averaged
   std::vector<Index> block_ids;
+  std::vector<Index> faces;  // m, of shells 1: top, -1: bottom; of solids 0
   // 6 m x n_q, row 6 i + j is component j (xx yy zz xy yz xz, scene axes) of i. Dense for a
   // superelement, sparse for a mesh
   Matrix rows;
@@ -191,7 +192,8 @@ struct StressScan {
   Index body = 0;
   Index n_worst = 0;
   bool envelope = false;
-  std::vector<Index> element_ids, node_ids, node_block_ids;
+  // An element or a node of shells is there twice: faces as above
+  std::vector<Index> element_ids, element_faces, node_ids, node_block_ids, node_faces;
   // stress_values() of element centres, and of nodes for an envelope; scene axes
   std::function<void(const Vector& q, Matrix& elements, Matrix& nodes)> stresses;
 };

@@ -79,15 +79,17 @@ void InstanceElements::add_nodes() {
   Index n = n_body_;
   for (const ReducedPart& part : of_.parts) {
     first_interior_.push_back(n);
-    n += part.superelement->recovery.front().coordinates.rows();
+    const Superelement::Recovery& recovery = part.superelement->recovery.front();
+    n += recovery.coordinates.rows() + static_cast<Index>(recovery.rotations.size());
   }
   ids_ = of_.geometry->node_ids;
-  X_.resize(n, 3);
+  X_.setZero(n, 3);
   X_.topRows(n_body_) = of_.geometry->coordinates;
   for (std::size_t p = 0; p < of_.parts.size(); ++p) {
     const Superelement::Recovery& recovery = of_.parts[p].superelement->recovery.front();
     ids_.insert(ids_.end(), recovery.node_ids.begin(), recovery.node_ids.end());
     X_.middleRows(first_interior_[p], recovery.coordinates.rows()) = recovery.coordinates;
+    for (const Index node : recovery.rotations) ids_.push_back(ids_[node_of_part(p, node)]);
   }
 }
 
@@ -97,14 +99,30 @@ Index InstanceElements::node_of_part(std::size_t p, Index local) const {
   return local < n ? node[local] : first_interior_[p] + local - n;
 }
 
+// rotations: of the nodes of shells
+void InstanceElements::add_group(Group group, const Block& block,
+                                 const std::map<Index, Index>& rotations) {
+  group.name = block.name;
+  group.block_id = block.id;
+  group.type = block.type;
+  group.element_ids = block.element_ids;
+  if (dimension(block.type) == 3) return groups_.push_back(std::move(group));
+  const auto is_known = [&](Index node) { return rotations.contains(node); };
+  const auto nodes = group.nodes.reshaped();
+  // Recovery data before 1.16 have no rotations
+  if (!is_structure(block) || !std::all_of(nodes.begin(), nodes.end(), is_known)) return;
+  group.thickness = block.thickness;
+  group.rotations = group.nodes.unaryExpr([&](Index node) { return rotations.at(node); });
+  for (group.face = 1; group.face > -2; group.face -= 2) groups_.push_back(group);
+}
+
 void InstanceElements::add_mesh() {
   for (std::size_t b = 0; b < of_.mesh->blocks.size(); ++b) {
     const Block& block = of_.mesh->blocks[b];
-    if (dimension(block.type) != 3) continue;
-    Group group{block.name,         block.id,          block.type, of_.properties[b],
-                block.connectivity, block.element_ids, 0};
+    if (!is_structure(block)) continue;
+    Group group{.properties = of_.properties[b], .nodes = block.connectivity};
     for (Index& node : group.nodes.reshaped()) node = of_.body_node[node];
-    groups_.push_back(std::move(group));
+    add_group(std::move(group), block, of_.geometry->rotations);
   }
 }
 
@@ -113,24 +131,27 @@ void InstanceElements::add_parts(const Scene& scene) {
   const std::map<std::string, BlockProperties> properties =
       recovered_properties(component, scene, of_);
   for (std::size_t p = 0; p < of_.parts.size(); ++p) {
-    for (const Block& block : of_.parts[p].superelement->recovery.front().blocks) {
-      if (dimension(block.type) != 3) continue;
-      Group group{block.name,         block.id,          block.type, properties.at(block.name),
-                  block.connectivity, block.element_ids, 0};
+    const Superelement::Recovery& recovery = of_.parts[p].superelement->recovery.front();
+    std::map<Index, Index> rotations = of_.geometry->rotations;
+    Index next = first_interior_[p] + recovery.coordinates.rows();
+    for (const Index node : recovery.rotations) rotations[node_of_part(p, node)] = next++;
+    for (const Block& block : recovery.blocks) {
+      Group group{.properties = properties.at(block.name), .nodes = block.connectivity};
       for (Index& node : group.nodes.reshaped()) node = node_of_part(p, node);
-      groups_.push_back(std::move(group));
+      add_group(std::move(group), block, rotations);
     }
   }
 }
 
 void InstanceElements::find_materials() {
-  std::vector<const Material*> known;
+  std::vector<const Group*> known;
   for (Group& group : groups_) {
-    const auto found = std::find_if(known.begin(), known.end(), [&](const Material* m) {
-      return is_same(*m, group.properties.material);
+    const auto found = std::find_if(known.begin(), known.end(), [&](const Group* other) {
+      return is_same(other->properties.material, group.properties.material) &&
+             other->face == group.face;
     });
     group.material = found - known.begin();
-    if (found == known.end()) known.push_back(&group.properties.material);
+    if (found == known.end()) known.push_back(&group);
   }
   n_materials_ = static_cast<Index>(known.size());
 }
@@ -143,7 +164,7 @@ void InstanceElements::find_places() {
       Index& place = place_(node, group.material);
       if (place < 0) {
         place = static_cast<Index>(places_.size());
-        places_.push_back({node, group.material, group.block_id});
+        places_.push_back({node, group.material, group.block_id, group.face});
         counts.push_back(0);
       }
       Index& block = places_[place].block_id;
@@ -244,23 +265,48 @@ Matrix InstanceElements::dense_rows(const std::vector<Index>& nodes) const {
 }
 
 Points InstanceElements::element_points(const Group& group, Index e) const {
-  return element_motion(group, e, X_);
+  return X_(group.nodes.row(e), Eigen::all);
 }
 
-Points InstanceElements::element_motion(const Group& group, Index e, const Points& u) const {
-  Points of_element(group.nodes.cols(), 3);
-  for (Index a = 0; a < of_element.rows(); ++a) of_element.row(a) = u.row(group.nodes(e, a));
-  return of_element;
+std::vector<Index> InstanceElements::moving_nodes(const Group& group, Index e) const {
+  const auto own = group.nodes.row(e);
+  std::vector<Index> nodes(own.begin(), own.end());
+  if (group.face == 0) return nodes;
+  const auto rotations = group.rotations.row(e);
+  nodes.insert(nodes.end(), rotations.begin(), rotations.end());
+  return nodes;
+}
+
+Matrix InstanceElements::centre_stress(const Group& group, Index e, const Points& motion) const {
+  const Points X = element_points(group, e);
+  const Material& material = group.properties.material;
+  if (group.face == 0)
+    return element_stress(group.type, group.properties.hex, X, material, motion).transpose();
+  const Matrix faces = shell_stress(group.type, X, {material, group.thickness},
+                                    motion.topRows(X.rows()), motion.bottomRows(X.rows()));
+  return faces.row(group.face > 0 ? 0 : 2);
+}
+
+Matrix InstanceElements::corner_stress(const Group& group, Index e, const Points& motion) const {
+  if (group.face != 0) return centre_stress(group, e, motion).replicate(group.nodes.cols(), 1);
+  return element_nodal_stress(group.type, group.properties.hex, element_points(group, e),
+                              group.properties.material, motion);
+}
+
+Matrix InstanceElements::element_stresses(const Group& group, const Points& u) const {
+  Matrix stress(group.nodes.rows(), 6);
+  for (Index e = 0; e < stress.rows(); ++e)
+    stress.row(e) = centre_stress(group, e, u(moving_nodes(group, e), Eigen::all));
+  return stress;
 }
 
 Matrix InstanceElements::element_stresses(const Points& u) const {
   Matrix stress(n_elements(), 6);
   Index row = 0;
-  for (const Group& group : groups_)
-    for (Index e = 0; e < group.nodes.rows(); ++e)
-      stress.row(row++) = element_stress(group.type, group.properties.hex, element_points(group, e),
-                                         group.properties.material, element_motion(group, e, u))
-                              .transpose();
+  for (const Group& group : groups_) {
+    stress.middleRows(row, group.nodes.rows()) = element_stresses(group, u);
+    row += group.nodes.rows();
+  }
   return stress;
 }
 
@@ -268,9 +314,7 @@ Matrix InstanceElements::nodal_stresses(const Points& u) const {
   Matrix stress = Matrix::Zero(static_cast<Index>(places_.size()), 6);
   for (const Group& group : groups_) {
     for (Index e = 0; e < group.nodes.rows(); ++e) {
-      const Matrix of_element =
-          element_nodal_stress(group.type, group.properties.hex, element_points(group, e),
-                               group.properties.material, element_motion(group, e, u));
+      const Matrix of_element = corner_stress(group, e, u(moving_nodes(group, e), Eigen::all));
       for (Index a = 0; a < of_element.rows(); ++a)
         stress.row(place_(group.nodes(e, a), group.material)) += of_element.row(a);
     }

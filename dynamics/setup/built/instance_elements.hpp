@@ -24,7 +24,7 @@ std::map<std::string, BlockProperties> recovered_properties(const Component& com
                                                             const BuiltScene::OfInstance& of);
 
 // Nodes of the elements: those of the body, then the interior ones of each part of a superelement
-// with recovery data. Component axes.
+// with recovery data, and rotations there. Component axes.
 class InstanceElements {
  public:
   struct Group {
@@ -34,7 +34,11 @@ class InstanceElements {
     BlockProperties properties;
     IndexTable nodes;                // e x n, of this instance's nodes
     std::vector<Index> element_ids;  // e, of the mesh
-    Index material = 0;              // equal for blocks of equal materials
+    // Of shells, which have a group for either face: 1 the top, along the normals, -1 the bottom
+    Index face = 0;
+    double thickness = 0;
+    IndexTable rotations = {};  // e x n, of this instance's nodes
+    Index material = 0;         // equal for blocks of equal materials, and of one face
   };
 
   // `of` must outlive this object. InputError: a superelement without recovery data, at `source`; a
@@ -64,16 +68,21 @@ class InstanceElements {
   bool is_mesh() const { return of_.mesh != nullptr; }
   Index dof(Index body_node) const { return n_modal_ + 3 * body_node; }
 
-  Points element_points(const Group& group, Index e) const;                   // n x 3, undeformed
-  Points element_motion(const Group& group, Index e, const Points& u) const;  // n x 3
-
-  // xx yy zz xy yz xz at the centres of all elements, by group, component axes; e x 6.
+  // Nodes whose motion strains the element: its own, then their rotations.
+  std::vector<Index> moving_nodes(const Group& group, Index e) const;
+  // xx yy zz xy yz xz for a motion of moving_nodes(), component axes: at the centre (1 x 6), and at
+  // the nodes (n x 6), which of a shell is that of the centre.
+  Matrix centre_stress(const Group& group, Index e, const Points& motion) const;
+  Matrix corner_stress(const Group& group, Index e, const Points& motion) const;
+  // At the centres of a group's elements, and of all by group; e x 6.
+  Matrix element_stresses(const Group& group, const Points& u) const;
   Matrix element_stresses(const Points& u) const;
   // A place for each node and each of its materials; its stress is the mean over elements of that
   // material.
   struct NodalPlace {
     Index node = 0, material = 0;
     Index block_id = 0;  // lowest of the blocks of that material at the node
+    Index face = 0;      // of a shell
   };
   const std::vector<NodalPlace>& nodal_places() const { return places_; }
   Matrix nodal_stresses(const Points& u) const;  // nodal_places() x 6
@@ -84,6 +93,8 @@ class InstanceElements {
   void add_nodes();
   void add_mesh();
   void add_parts(const Scene& scene);
+  void add_group(Group group, const Block& block, const std::map<Index, Index>& rotations);
+  Points element_points(const Group& group, Index e) const;  // n x 3, undeformed
   void find_materials();
   void find_places();
 

@@ -21,9 +21,11 @@ std::map<Index, Index> separate_rotations(Superelement& s) {
   }
   // Recovery data number interior nodes after the interface's last
   const auto shift = [&](Index& place) { place += place >= n ? more : 0; };
-  for (Superelement::Recovery& recovery : s.recovery)
+  for (Superelement::Recovery& recovery : s.recovery) {
+    for (Index& place : recovery.rotations) shift(place);
     for (Block& block : recovery.blocks)
       for (Index& place : block.connectivity.reshaped()) shift(place);
+  }
   for (auto& [name, nodes] : s.recovered_sets)
     for (Index& place : nodes) shift(place);
   return rotations;

@@ -94,7 +94,7 @@ TEST_F(Fields, EachStressHasItsNameAndIsHookesLawOfTheDisplacementsAtTheCentre) 
 
 TEST_F(Fields, FileTellsTimesNamesAndTheMeshsIds) {
   const Hdf5Reader file(folder_ / "r.fields.h5");
-  EXPECT_EQ(file.read_string("/", "format_version"), "1.4");
+  EXPECT_EQ(file.read_string("/", "format_version"), "1.5");
   EXPECT_EQ(file.read_vector("/times"), Hdf5Reader(folder_ / "r.h5").read_vector("/time"));
   EXPECT_EQ(file.read_string("/grids/0", "instance"), "a");
   EXPECT_EQ(file.read_string("/grids/0", "topology"), "Hexahedron");

@@ -118,7 +118,7 @@ TEST_F(Program, ResultsHoldWhatTheFormatSays) {
     run(file);
     const Hdf5Reader results(folder_ / "results.h5");
     EXPECT_EQ(results.read_string("/", "format"), "cbr-results");
-    EXPECT_EQ(results.read_string("/", "format_version"), "1.13");
+    EXPECT_EQ(results.read_string("/", "format_version"), "1.14");
     EXPECT_EQ(results.read_index("/", "partial"), 0);
     EXPECT_GT(results.read_index("/", "steps"), 0);
     EXPECT_EQ(results.read_index("/", "n_dofs"), kind == "mesh" ? 2 * 135 : 2 * (12 + 27));
