@@ -54,7 +54,6 @@ void add_reduction(const Component& component, Features& features) {
   add_if(has_points && is_massless, feature::points_of_massless, at, features);
   add_if(has_points && !reduction.interface_points.empty(), feature::interface_points, at,
          features);
-  add_if(has_points && has_shells(component), feature::points_of_shells, at, features);
 }
 
 // Whether the motion (scene axes) has a part along an axis that the component's `fixed` names.
@@ -84,6 +83,8 @@ Features features_of(const Scene& scene, const Instance& instance) {
            "'" + name + "'");
   if (instance.as == InstanceKind::superelement && component.reduction)
     add_reduction(component, features);
+  add_if(instance.as != InstanceKind::rigid && !component.points.empty() && has_shells(component),
+         feature::points_of_shells, component.source, features);
   if (component.reduction && !component.reduction->fixed.empty())
     features[feature::fixed] = {&component.reduction->fixed.front().source};
   add_if(is_into_fixed(component, instance, instance.velocity), feature::into_fixed, at, features,
@@ -156,7 +157,7 @@ const std::vector<Limit>& limits() {
        {point_inertia},
        "give it a mass alone, or the inertia to a rigid body that a link welds to it"},
       {large_rotation, {domains}, "reduce it in one domain"},
-      {large_rotation, {mesh_with_shells}, "take `as: superelement`"},
+      {large_rotation, {mesh_with_shells}, "leave `mass` out, or take `as: superelement`"},
       {large_rotation, {parts}, "give each part a component"},
       {large_rotation, {mass_damping}, "take `beta`, or damping of modes for a superelement"},
       {modal_damping, {mesh}, its_damping + "`as: superelement`"},
@@ -259,7 +260,7 @@ std::vector<Features> features_of(const Scene& scene) {
   for (const Load& load : scene.loads) {
     if (load.kind != Load::Kind::moment || load.on_point) continue;
     const Instance& instance = scene.instances[places.at(load.instance)];
-    if (instance.as == InstanceKind::superelement && has_shells(component_of(scene, instance)))
+    if (instance.as != InstanceKind::rigid && has_shells(component_of(scene, instance)))
       add(load.instance, feature::moments_of_shells, load.source);
   }
   for (const StressOptions& stress : scene.output.stress)

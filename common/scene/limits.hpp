@@ -27,7 +27,7 @@ inline constexpr Feature
     // of an instance and its component
     rigid = "`as: rigid`", flexible = "`as: superelement` or `as: mesh`", mesh = "`as: mesh`",
     mesh_modes = "`as: mesh` with `--modes`, `--sweep`",
-    mesh_with_shells = "`as: mesh` with shells", parts = "several parts",
+    mesh_with_shells = "`as: mesh` with shells and `mass: consistent`", parts = "several parts",
     dense = "dense blocks (above `--diagonal-limit`)",
     domains = "several domains (`reduction.domains`)", massless = "`basis: massless`",
     characteristic = "`basis: characteristic`",
@@ -36,7 +36,7 @@ inline constexpr Feature
     modal_damping = "damping of modes (`loss_factor`, `instances.NAME.damping`)",
     mass_damping = "mass-proportional damping (`alpha`)", point_inertia = "a point with `inertia`",
     interface_points = "`reduction.points`", points_of_massless = "points of `basis: massless`",
-    points_of_shells = "points of a superelement with shells",
+    points_of_shells = "points of an instance with shells",
     // of what acts on it
     penalty = "`enforcement: penalty`", nodal = "`enforcement: nodal`",
     restitution = "`restitution`", open_contact = "contact that is not `tied`",
@@ -48,7 +48,7 @@ inline constexpr Feature
     driven_link = "a link with a prescribed motion", skin = "a structural `skin`",
     skin_in_modes = "a structural `skin` with `integrator: exact`",
     skin_of_instance = "a structural `skin` on the instance",
-    moments_of_shells = "moments on a superelement with shells", moment = "`moment`",
+    moments_of_shells = "moments on an instance with shells", moment = "`moment`",
     pressure = "`pressure`", traction = "`traction`", inside = "a set inside a superelement",
     nodeset = "a nodeset",
     // of its output

@@ -250,6 +250,77 @@ TEST_F(Shells, SuperelementsTurn) {
   }
 }
 
+// A free mesh turns by any angle, too: angular momentum stays, energy to second order of the step,
+// and it turns as a superelement of the same mass. Beginning again it is the same to the bit.
+TEST_F(Shells, MeshesTurn) {
+  Mesh mesh;
+  add_grid(
+      Faces::quads, 6, 4,
+      [](double x, double y) {
+        const double s = 2 * x - 1;  // folded at the middle by a right angle
+        return s < 0 ? Vector3(s, y, 0) : Vector3(0, y, s);
+      },
+      "plate", mesh);
+  folder.add("plate.exo", mesh);
+  Shelled scene{.mass = "lumped",
+                .instance = ", rotation: [10, 20, 30], angular_velocity: [6, 10, 14]"};
+  const auto run = [&](const std::string& kind, double h) {
+    Shelled of = scene;
+    if (kind != "mesh") of.reduction = "interface: [x_0, x_1], modes: 30";
+    of.instance += ", as: " + kind + ", mirror: x";
+    of.output = "every: 0.02, history: [a.x_0]";
+    of.more = "time: {end: 0.1, step: " + text(h) + ", rotations: large}\n";
+    return test::restarted(folder, yaml(of), 0.05);
+  };
+  const test::RestartedRun coarse = run("mesh", 1e-5), fine = run("mesh", 5e-6),
+                           reduced = run("superelement", 1e-5);
+  const Series3& L = fine.whole.body("a").angular_momentum;
+  const std::size_t n = fine.whole.result.time.size() - 1;
+  EXPECT_LT((at(L, n) - at(L, 0)).norm(), 1e-11 * at(L, 0).norm());
+  EXPECT_LT((at(reduced.whole.body("a").angular_momentum, 0) - at(L, 0)).norm(),
+            1e-9 * at(L, 0).norm());
+  const auto off = [](const Ran& ran) {
+    double most = 0;
+    for (const double work : ran.result.work_numerical) most = std::max(most, std::abs(work));
+    return most / ran.result.total.front();
+  };
+  EXPECT_LT(off(fine.whole), 1e-5);
+  EXPECT_NEAR(off(coarse.whole) / off(fine.whole), 4, 1);
+  EXPECT_LT(test::energy_residual(fine.whole.result), 1e-12);
+  const auto turn = [](const Ran& ran) {
+    const std::vector<double>& q = ran.body("a").orientation;
+    return Eigen::Map<const Eigen::Vector4d>(q.data() + q.size() - 4);
+  };
+  EXPECT_GT(std::abs((turn(fine.whole).dot(turn(reduced.whole)))), 1 - 1e-5);
+  EXPECT_EQ(turn(fine.rest), turn(fine.whole));
+  // The strain energy of the spin
+  EXPECT_NEAR(
+      fine.whole.body("a").strain_energy.back() / reduced.whole.body("a").strain_energy.back(), 1,
+      0.1);
+}
+
+// A turning mesh strikes a wall as the linear one does, while it turns little.
+TEST_F(Shells, ATurningMeshStrikes) {
+  folder.add("plate.exo", plate(Faces::quads, 6, 4, 1, 0.7));
+  const auto run = [&](const std::string& rotations) {
+    Shelled scene{.mass = "lumped", .output = "every: 1.0e-4, history: [a.plate]"};
+    scene.instance = ", position: [0, 0, 0.06], rotation: [2, 3, 0], velocity: [0, 0, -2]";
+    scene.more =
+        "walls:\n  floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}\ncontact:\n"
+        "  - {between: [a.plate.back, floor], friction: 0.2}\nloads:\n  - {gravity: [0, 0, "
+        "-10]}\ntime: {end: 0.008, rotations: " +
+        rotations + "}\n";
+    return folder.run(yaml(scene));
+  };
+  const Ran linear = run("small"), turning = run("large");
+  const std::size_t n = linear.result.time.size() - 1;
+  const Vector3 p = at(linear.body("a").momentum, n), p_0 = at(linear.body("a").momentum, 0);
+  EXPECT_GT((p - p_0).norm(), 0.03 * p_0.norm());
+  EXPECT_LT((at(turning.body("a").momentum, n) - p).norm(), 0.05 * (p - p_0).norm());
+  EXPECT_LT(test::energy_residual(turning.result), 1e-12);
+  EXPECT_FALSE(turning.body("a").orientation.empty());
+}
+
 // A rigid plate has the inertia of the shells, and falls.
 TEST_F(Shells, ARigidPlateFalls) {
   folder.add("plate.exo", plate(Faces::quads, 6, 4, 1, 0.7));

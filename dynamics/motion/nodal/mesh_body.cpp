@@ -71,6 +71,7 @@ MeshBody::MeshBody(std::string name, std::shared_ptr<const MeshModel> model,
                      "': the consistent mass is not positive definite");
   }
   v_.rowwise() = (placement_.T.transpose() * placement_.velocity).transpose();
+  v_(model_->rotations, Eigen::all).setZero();
   hold_velocity();
   largest_frequency_ = held_.empty() ? model_->largest_frequency : held_frequency();
   if (options.angular_velocity) turn_freely(*options.angular_velocity);
@@ -341,6 +342,7 @@ void MeshBody::predict_end() {
   } else {
     leap(s, h);
   }
+  if (turning_) turn_nodes();
   kicks_.clear();
   lasting_.resize(0, 3);
 }

@@ -30,10 +30,13 @@ struct MeshModel {
   MeshForces forces;
   std::vector<Index> row_of_node;
   // n, by rows, row sums: the lumped mass, or what a nodal enforcement and the momentum need of a
-  // consistent one
+  // consistent one; rotary inertia of rotations
   Vector mass;
+  // Rows of rotations of shells, lumped mass only. Their inertia is the same about all axes, and
+  // their displacement is the rotation vector since the start.
+  std::vector<Index> rotations;
   Vector inverse_mass;  // n, by rows, lumped mass only
-  // n, by rows, lumped mass only: mass times the place from the centre of mass
+  // n, by rows, lumped mass only: mass times the place from the centre of mass; 0 of rotations
   Field arms;
   SparseMatrix M;  // 3 n x 3 n, consistent mass only; its rows are the nodes
   // 3 n x 6, consistent mass only: M times the rigid motions about the centre of mass
@@ -192,7 +195,10 @@ class MeshBody final : public Body {
   BodyTurn turn_of(const MeshFit& fit) const;
   void unturned(const MeshFit& fit, const Field& u, Index set, Points& x) const;
   void unturned_fields(Field& u, Field& v) const;
-  Field arms_now() const;
+  Field arms_now() const;                       // 0 of rotations
+  Field spun(const Vector3& w) const;           // velocities of a rigid rotation about the centre
+  void turn_nodes();                            // u_end_ of rotations
+  Vector3 spin_of_nodes(const Field& p) const;  // sum over rotations
   Field momenta_of_nodes(const Field& v) const;
   void book_moments();
   BodyState turned_state() const;

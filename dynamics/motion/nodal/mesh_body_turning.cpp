@@ -73,7 +73,7 @@ void MeshBody::turn_freely(const Vector3& angular_velocity) {
     turning_->frame = frame;
   }
   turning_->d.resize(u_.rows(), 3);
-  v_ += turned_by(T.determinant() * (T.transpose() * angular_velocity), turning_->frame->Y());
+  v_ += spun(T.determinant() * (T.transpose() * angular_velocity));
   fit_now();
   turning_->energy_0 = 0.5 * scalar_product(v_, v_);
 }
@@ -107,6 +107,7 @@ void MeshBody::form_turned_forces() const {
   if (Ku_is_current_) return;
   of.frame->strain(of.now, u_, of.d, *threads_);
   stiffness_forces(of.d, Ku_);
+  of.frame->turn_moments(of.d, Ku_);
   of.lambda = of.frame->lambda(of.now, of.d, Ku_, *threads_);
   Ku_is_current_ = true;
 }
@@ -125,6 +126,7 @@ void MeshBody::turned_damping(const Field& v, Field& f) const {
   Field rates(v.rows(), 3), of_body(v.rows(), 3);
   of.frame->strain_rates(of.now, of.d, v, rates);
   stiffness_forces(rates, of_body);
+  of.frame->turn_moments(of.d, of_body);
   of.frame->pull_back(of.now, of.frame->lambda(of.now, of.d, of_body, *threads_), of_body, f);
 }
 
@@ -136,6 +138,21 @@ void MeshBody::leap_turned(double s, double h) {
       {Ku_, u_, is_loaded() ? &load_ : nullptr, model_->inverse_mass, v_, u_end_, s, h}, *threads_);
   of.end_is_known = false;
   of.sums_are_known = true;
+}
+
+void MeshBody::turn_nodes() {
+  for (const Index i : model_->rotations)
+    u_end_.row(i) = MeshFrame::turned(h_ * v_.row(i).transpose(), u_.row(i).transpose());
+}
+
+Vector3 MeshBody::spin_of_nodes(const Field& p) const {
+  return p(model_->rotations, Eigen::all).colwise().sum().transpose();
+}
+
+Field MeshBody::spun(const Vector3& w) const {
+  Field v = turned_by(w, arms_now());
+  for (const Index i : model_->rotations) v.row(i) = w.transpose();
+  return v;
 }
 
 bool MeshBody::is_loaded() const {
@@ -211,7 +228,10 @@ void MeshBody::unturned_fields(Field& u, Field& v) const {
   const Field d = u;
   u.rowwise() += of.now.shift.transpose();
   of.frame->strain_rates(of.now, d, rates, v);
+  const Field own = v(model_->rotations, Eigen::all);
   v.rowwise() += (momenta(rates).head<3>() / model_->rigid_body.mass).transpose();
+  u(model_->rotations, Eigen::all) = d(model_->rotations, Eigen::all);
+  v(model_->rotations, Eigen::all) = own;
 }
 
 void MeshBody::unturned_displacements(Points& u, Points& v) const {
@@ -229,7 +249,9 @@ void MeshBody::own_turn(const Points& X, Points& u, Points& v) const {
 }
 
 Field MeshBody::arms_now() const {
-  return (u_.rowwise() - turning_->now.shift.transpose()) + turning_->frame->Y();
+  Field arms = (u_.rowwise() - turning_->now.shift.transpose()) + turning_->frame->Y();
+  arms(model_->rotations, Eigen::all).setZero();
+  return arms;
 }
 
 Field MeshBody::momenta_of_nodes(const Field& v) const {
@@ -245,13 +267,14 @@ void MeshBody::add_moment(const Vector3& moment) {
   const Matrix3& T = placement_.T;
   const Field y = arms_now();
   const Matrix3 P = y.transpose() * momenta_of_nodes(y);
-  const Matrix3 J = P.trace() * Matrix3::Identity() - P;
+  const Matrix3 J = (P.trace() + model_->mass(model_->rotations).sum()) * Matrix3::Identity() - P;
   const Vector3 of = T.determinant() * (T.transpose() * moment);
   const Vector3 w = J.inverse() * of;
   turning_->moments.push_back({of, w});
-  const Field change = turned_by(w, y);
+  const Field change = spun(w);
   v_ += change;
   u_end_ += h_ * change;
+  turn_nodes();
   forget_end();
 }
 
@@ -265,7 +288,8 @@ void MeshBody::book_moments() {
   for (const Turning::Moment& moment : of.moments) change += moment.moment;
   for (const Kick& kick : kicks_) change += Vector3(y.row(kick.row)).cross(kick.impulse);
   if (is_loaded()) change += 0.5 * (last_h_ + h_) * sum_of_moments(y, load_);
-  const Vector3 mean = sum_of_moments(y, momenta_of_nodes(v_)) - 0.5 * change;
+  const Field p = momenta_of_nodes(v_);
+  const Vector3 mean = sum_of_moments(y, p) + spin_of_nodes(p) - 0.5 * change;
   for (const Turning::Moment& moment : of.moments) work_.contact += moment.w.dot(mean);
   of.moments.clear();
 }
@@ -277,8 +301,9 @@ BodyState MeshBody::turned_state() const {
   const Field p = momenta_of_nodes(present_velocities());
   BodyState state;
   state.center_of_mass = turn_now().center;
-  state.momentum = T * p.colwise().sum().transpose();
-  state.angular_momentum = T.determinant() * (T * sum_of_moments(arms_now(), p)) +
+  const Vector3 of_nodes = spin_of_nodes(p);
+  state.momentum = T * (p.colwise().sum().transpose() - of_nodes);
+  state.angular_momentum = T.determinant() * (T * (sum_of_moments(arms_now(), p) + of_nodes)) +
                            state.center_of_mass.cross(state.momentum);
   state.kinetic_energy = 0.5 * scalar_product(v_, v_) - 0.5 * last_h_ * v_.cwiseProduct(Ku).sum();
   state.strain_energy = 0.5 * of.d.cwiseProduct(Ku_).sum();

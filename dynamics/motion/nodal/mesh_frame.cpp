@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "common/base/error.hpp"
@@ -58,13 +59,48 @@ MeshFrame::Sums sums_of(const std::array<double, 12>& all) {
 
 Matrix3 inertia_of(const Matrix3& S) { return S.trace() * Matrix3::Identity() - S; }
 
+// Of smaller angles the series below are exact to round-off.
+constexpr double small_angle = 1e-2;
+
+Eigen::Quaterniond exponential(const Vector3& u) {
+  const double square = u.squaredNorm(), angle = std::sqrt(square), half = 0.5 * angle;
+  const bool is_small = angle < small_angle;
+  const double x = square / 4;
+  Eigen::Quaterniond q;
+  q.w() = is_small ? 1 - x / 2 * (1 - x / 12 * (1 - x / 30)) : std::cos(half);
+  q.vec() = (is_small ? 0.5 * (1 - x / 6 * (1 - x / 20)) : std::sin(half) / angle) * u;
+  return q;
+}
+
+// The vector of at most half a turn.
+Vector3 logarithm(const Eigen::Quaterniond& q) {
+  const double square = q.vec().squaredNorm(), sine = std::sqrt(square), sign = q.w() < 0 ? -1 : 1;
+  const double angle_over_sine = sine < small_angle
+                                     ? 1 + square * (1.0 / 6 + square * (3.0 / 40 + square / 22.4))
+                                     : std::atan2(sine, sign * q.w()) / sine;
+  return sign * 2 * angle_over_sine * q.vec();
+}
+
+// J^-1 a of the rotation vector u, and with -u J^-T a
+Vector3 inverse_jacobian(const Vector3& u, const Vector3& a) {
+  constexpr double small = 1e-4;
+  const double angle = u.norm(), half = 0.5 * angle;
+  const double c = angle > small ? (1 - half / std::tan(half)) / (angle * angle) : 1.0 / 12;
+  return a - 0.5 * u.cross(a) + c * u.cross(u.cross(a));
+}
+
 }  // namespace
 
 MeshFrame::MeshFrame(const MeshModel& model)
-    : mass_(model.mass), total_(model.rigid_body.mass), Y_(model.mass.size(), 3) {
+    : mass_(model.mass),
+      total_(model.rigid_body.mass),
+      Y_(model.mass.size(), 3),
+      rotations_(model.rotations) {
   const auto& order = model.forces.order();
   for (Index i = 0; i < Y_.rows(); ++i)
     Y_.row(i) = model.coordinates.row(order[i]) - model.rigid_body.center.transpose();
+  mass_(rotations_).setZero();
+  Y_(rotations_, Eigen::all).setZero();
   if (model.M.size() > 0) {
     const Points by_node = Y_;  // a consistent mass has its rows in the order of the nodes
     const Vector arms = model.M * Eigen::Map<const Vector>(by_node.data(), by_node.size());
@@ -122,9 +158,26 @@ void MeshFrame::strain(const MeshFit& fit, const Field& u, Field& d, RowThreads&
     turned_strain(u.data() + begin, Y_.data() + begin, n, fit.R.data(), fit.less_one.data(),
                   shift.data(), d.data() + begin, end - begin);
   });
+  threads.for_rows(static_cast<Index>(rotations_.size()), [&](Index begin, Index end) {
+    for (Index k = begin; k < end; ++k) {
+      const Index i = rotations_[k];
+      d.row(i) = logarithm(fit.q.conjugate() * exponential(u.row(i).transpose())).transpose();
+    }
+  });
+}
+
+Vector3 MeshFrame::turned(const Vector3& turn, const Vector3& u) {
+  return logarithm(exponential(turn) * exponential(u));
+}
+
+void MeshFrame::turn_moments(const Field& d, Field& f) const {
+  for (const Index i : rotations_)
+    f.row(i) = inverse_jacobian(-d.row(i).transpose(), f.row(i).transpose()).transpose();
 }
 
 Vector3 MeshFrame::strain(const MeshFit& fit, const Field& u, Index row) const {
+  if (std::binary_search(rotations_.begin(), rotations_.end(), row))
+    return logarithm(fit.q.conjugate() * exponential(u.row(row).transpose()));
   return fit.R.transpose() * (u.row(row).transpose() - fit.shift) +
          fit.less_one.transpose() * Y_.row(row).transpose();
 }
@@ -145,6 +198,10 @@ void MeshFrame::strain_rates(const MeshFit& fit, const Field& d, const Field& v,
     const int a = (c + 1) % 3, b = (c + 2) % 3;
     rates.col(c) -= theta[a] * z.col(b) - theta[b] * z.col(a);
   }
+  for (const Index i : rotations_)
+    rates.row(i) =
+        inverse_jacobian(d.row(i).transpose(), fit.R.transpose() * v.row(i).transpose() - theta)
+            .transpose();
 }
 
 Vector3 MeshFrame::lambda(const MeshFit& fit, const Field& d, const Field& f,
@@ -153,7 +210,12 @@ Vector3 MeshFrame::lambda(const MeshFit& fit, const Field& d, const Field& f,
   const auto moment = block_sums<3>(n, threads, [&](Index at, Index count, double* sums) {
     moment_sums(Y_.data() + at, d.data() + at, f.data() + at, n, count, sums);
   });
-  return fit.inverse_G * Vector3(moment[0], moment[1], moment[2]);
+  Vector3 sum(moment[0], moment[1], moment[2]);
+  for (const Index i : rotations_) {
+    const Vector3 of_node = f.row(i).transpose();
+    sum += of_node - Vector3(d.row(i).transpose()).cross(of_node);
+  }
+  return fit.inverse_G * sum;
 }
 
 void MeshFrame::pull_back(const MeshFit& fit, const Vector3& lambda, const Field& f,

@@ -22,6 +22,8 @@ struct MeshFit {
 // S = R^T sum m_i (x_i - c) Y_i^T is symmetric, and a change of x turns R by theta = G^-1 sum m_i
 // Y_i x R^T dx_i in its own axes, G = tr S 1 - S. With d_i = R^T (x_i - c) - Y_i the energy is 1/2
 // d . K d, and -force its gradient in x. A consistent mass weighs alike: m_i Y_i becomes (M Y)_i.
+// Rotations of nodes, Q_i = exp(u_i), do not fit the axes: m_i = 0 and Y_i = 0. Their strain is
+// d_i = log(R^T Q_i), and the moment on them J(d_i)^-T (K d)_i, J the left Jacobian of exp.
 class MeshFrame {
  public:
   // RunError: the mesh has no extent across some axis.
@@ -45,6 +47,10 @@ class MeshFrame {
   Vector3 turn(const MeshFit& fit, const Field& v) const;
   // The rates of d
   void strain_rates(const MeshFit& fit, const Field& d, const Field& v, Field& rates) const;
+  // f = K d: moments on rotations become those above.
+  void turn_moments(const Field& d, Field& f) const;
+  // exp(turn) exp(u) as a rotation vector
+  static Vector3 turned(const Vector3& turn, const Vector3& u);
   // R (f_i - lambda x (M Y)_i) is the gradient in x of forces f = K d in the axes of the fit: it
   // has no sum and no moment about c. So of any f whose sum is zero, of damping too.
   Vector3 lambda(const MeshFit& fit, const Field& d, const Field& f, RowThreads& threads) const;
@@ -63,8 +69,9 @@ class MeshFrame {
  private:
   Vector mass_;
   double total_;
-  Field Y_, arms_;  // (M Y)_i
-  Matrix3 S_0_;     // sum (M Y)_i Y_i^T
+  Field Y_, arms_;                // (M Y)_i
+  Matrix3 S_0_;                   // sum (M Y)_i Y_i^T
+  std::vector<Index> rotations_;  // rows
 };
 
 }  // namespace cbr

@@ -64,7 +64,7 @@ MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates,
   // enforcement minds, and looks itself.
   if (lumped && !(mesh.mass.minCoeff() > 0))
     throw RunError("a node of the mesh has a lumped mass that is not positive");
-  mesh.rigid_body = rigid_body(model.M, coordinates);
+  mesh.rigid_body = rigid_body(model.M, coordinates, model.n_rotations);
   double lambda = 0;
   if (lumped) {
     mesh.inverse_mass = mesh.mass.cwiseInverse();
@@ -72,6 +72,9 @@ MeshModel mesh_model(const FiniteElementModel& model, const Points& coordinates,
     for (Index i = 0; i < n; ++i)
       mesh.arms.row(i) =
           mesh.mass[i] * (coordinates.row(order[i]) - mesh.rigid_body.center.transpose());
+    for (Index i = 0; i < n; ++i)
+      if (order[i] >= model.n_translations()) mesh.rotations.push_back(i);
+    mesh.arms(mesh.rotations, Eigen::all).setZero();
     lambda = largest_eigenvalue_lumped(mesh.forces, mesh.inverse_mass);
   } else {
     assert(std::is_sorted(order.begin(), order.end()));
@@ -149,9 +152,10 @@ void MeshBody::add_loads(const std::vector<BodyLoad>& loads) {
       loads_.add(by_rows, load.history);
     }
     // M r g: row sums, lumped or consistent
-    if (load.acceleration)
-      loads_.add(Points(model_->mass * (placement_.T.transpose() * *load.acceleration).transpose()),
-                 load.history);
+    if (!load.acceleration) continue;
+    Points weight = model_->mass * (placement_.T.transpose() * *load.acceleration).transpose();
+    weight(model_->rotations, Eigen::all).setZero();
+    loads_.add(weight, load.history);
   }
 }
 
@@ -190,6 +194,10 @@ Eigen::Matrix<double, 6, 1> MeshBody::momenta(const Field& v) const {
   }
   p.tail<3>() << moment(1, 2) - moment(2, 1), moment(2, 0) - moment(0, 2),
       moment(0, 1) - moment(1, 0);
+  if (model_->rotations.empty()) return p;
+  const Vector3 spin = spin_of_nodes(v.array().colwise() * model_->mass.array());
+  p.head<3>() -= spin;
+  p.tail<3>() += spin;
   return p;
 }
 

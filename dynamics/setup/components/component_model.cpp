@@ -481,12 +481,17 @@ MeshedComponent read_meshed(SceneIndex& index, const Component& component,
   if (const Index n = 1 + *std::max_element(parts.begin(), parts.end()); n > 1)
     for (InstancePlan* plan : elastic)
       plan->features[feature::parts] = {&component.source, std::to_string(n)};
-  if (std::any_of(elastic.begin(), elastic.end(),
-                  [](const InstancePlan* plan) { return plan->body == BodyKind::mesh; }))
+  const bool may_turn =
+      index.scene().time->rotations == Rotations::large && meshed.mass == MassKind::lumped;
+  if (std::any_of(elastic.begin(), elastic.end(), [&](const InstancePlan* plan) {
+        return plan->body == BodyKind::mesh || (plan->body == BodyKind::coupled && may_turn);
+      }))
     meshed.model = std::make_shared<MeshModel>(naming(component.mesh, [&] {
       return meshed.mass == MassKind::lumped
                  ? mesh_model(*fe, meshed.geometry->coordinates, true,
-                              MeshForces(*fe, *meshed.mesh, meshed.properties))
+                              MeshForces(*fe, *meshed.mesh, meshed.properties,
+                                         fe->n_rotations > 0 ? MeshForces::Variant::assembled
+                                                             : MeshForces::Variant::automatic))
                  : mesh_model(*fe, meshed.geometry->coordinates, false);
     }));
   return meshed;

@@ -51,8 +51,10 @@ void plan_body(const Scene& scene, const PlannedComponent& of, InstancePlan& pla
   const bool is_mesh =
       plan.body == BodyKind::mesh || (plan.body == BodyKind::coupled && !is_reduced);
   add_if(has_rotations, feature::rotations, instance.source, plan.features);
-  add_if(has_rotations && instance.as == InstanceKind::mesh, feature::mesh_with_shells,
-         instance.source, plan.features);
+  const Component& component = component_of(scene, instance);
+  add_if(
+      has_rotations && instance.as == InstanceKind::mesh && component.mass == MassKind::consistent,
+      feature::mesh_with_shells, component.source, plan.features);
   add_if(is_mesh, feature::mesh, instance.source, plan.features);
   add_if(plan.body == BodyKind::mesh_modes, feature::mesh_modes, instance.source, plan.features);
   add_if(plan.body == BodyKind::coupled && is_reduced, feature::dense, time.source, plan.features);
@@ -68,6 +70,9 @@ void plan_bodies(const Scene& scene, const std::vector<InstancePlan*>& plans,
 void plan_rotation(const Scene& scene, InstancePlan& plan) {
   plan.why_linear = exceeded_limit(feature::large_rotation, plan.features);
   plan.turns = scene.time->rotations == Rotations::large && plan.why_linear.empty();
+  // Meshes of shells that stay linear are coupled
+  if (plan.turns && plan.body == BodyKind::coupled && plan.instance->as == InstanceKind::mesh)
+    plan.body = BodyKind::mesh;
 }
 
 }  // namespace cbr
