@@ -42,6 +42,35 @@ void add_normal(const Vector3& area_vector, double area, NodeForces& forces) {
   if (forces.normals.size() > 2) forces.all_directions = true;
 }
 
+// Area vectors of a surface's nodes, outward: of each the shares of its faces' area vectors, by
+// their corners.
+struct NodeAreas {
+  std::vector<Index> node;  // m, of the superelement
+  Points vector;            // m x 3
+  Vector area;              // m, the sum of the shares' lengths
+};
+
+NodeAreas node_areas(const Superelement& s, const Surface& surface) {
+  NodeAreas areas;
+  areas.node = surface_nodes(surface);
+  std::vector<Index> place(s.node_ids.size(), -1);
+  for (std::size_t i = 0; i < areas.node.size(); ++i) place[areas.node[i]] = static_cast<Index>(i);
+  areas.vector = Points::Zero(static_cast<Index>(areas.node.size()), 3);
+  areas.area = Vector::Zero(areas.vector.rows());
+  const IndexTable faces = linear_faces(surface).faces;
+  for (Index f = 0; f < faces.rows(); ++f) {
+    const Index corners = faces(f, 3) == faces(f, 2) ? 3 : 4;
+    const auto x = [&](Index i) { return Vector3(s.coordinates.row(faces(f, i))); };
+    const Vector3 a = 0.5 * (x(2) - x(0)).cross(x(3) - x(1));  // of a triangle, x3 = x2, too
+    for (Index i = 0; i < corners; ++i) {
+      const Index node = place[faces(f, i)];
+      areas.vector.row(node) += a.transpose() / static_cast<double>(corners);
+      areas.area(node) += a.norm() / static_cast<double>(corners);
+    }
+  }
+  return areas;
+}
+
 }  // namespace
 
 std::vector<TouchingSurface> touching_surfaces(const InterfaceNeeds& needs, const Superelement& s,
@@ -76,27 +105,6 @@ std::map<std::string, LoadKinds> loads_beside_statics(const CharacteristicOption
     if (left.acts() || left.means) loads[name] = left;
   }
   return loads;
-}
-
-NodeAreas node_areas(const Superelement& s, const Surface& surface) {
-  NodeAreas areas;
-  areas.node = surface_nodes(surface);
-  std::vector<Index> place(s.node_ids.size(), -1);
-  for (std::size_t i = 0; i < areas.node.size(); ++i) place[areas.node[i]] = static_cast<Index>(i);
-  areas.vector = Points::Zero(static_cast<Index>(areas.node.size()), 3);
-  areas.area = Vector::Zero(areas.vector.rows());
-  const IndexTable faces = linear_faces(surface).faces;
-  for (Index f = 0; f < faces.rows(); ++f) {
-    const Index corners = faces(f, 3) == faces(f, 2) ? 3 : 4;
-    const auto x = [&](Index i) { return Vector3(s.coordinates.row(faces(f, i))); };
-    const Vector3 a = 0.5 * (x(2) - x(0)).cross(x(3) - x(1));  // of a triangle, x3 = x2, too
-    for (Index i = 0; i < corners; ++i) {
-      const Index node = place[faces(f, i)];
-      areas.vector.row(node) += a.transpose() / static_cast<double>(corners);
-      areas.area(node) += a.norm() / static_cast<double>(corners);
-    }
-  }
-  return areas;
 }
 
 std::vector<Index> loaded_nodes(const InterfaceNeeds& needs, const Superelement& s) {

@@ -27,15 +27,6 @@ std::vector<TouchingSurface> touching_surfaces(const InterfaceNeeds& needs, cons
 std::map<std::string, LoadKinds> loads_beside_statics(const CharacteristicOptions& options,
                                                       const InterfaceNeeds& needs);
 
-// Area vectors of a surface's nodes, outward: of each the shares of its faces' area vectors, by
-// their corners.
-struct NodeAreas {
-  std::vector<Index> node;  // m, of the superelement
-  Points vector;            // m x 3
-  Vector area;              // m, the sum of the shares' lengths
-};
-NodeAreas node_areas(const Superelement& s, const Surface& surface);
-
 // Nodes of the superelement's sets that the scene's loads act on.
 std::vector<Index> loaded_nodes(const InterfaceNeeds& needs, const Superelement& s);
 

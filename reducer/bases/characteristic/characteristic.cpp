@@ -12,6 +12,7 @@
 #include "common/linalg/dense.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
+#include "common/mesh/face_weights.hpp"
 #include "reducer/modes/diagonal_form.hpp"
 
 namespace cbr {
@@ -261,16 +262,8 @@ void require_fewer(Index modes, Index dofs) {
 }
 
 Matrix uniform_loads(const Superelement& s, const Surface& surface, bool shear) {
-  const NodeAreas areas = node_areas(s, surface);
-  Points of_node = Points::Zero(s.coordinates.rows(), 3);
-  for (std::size_t i = 0; i < areas.node.size(); ++i) {
-    const auto a = static_cast<Index>(i);
-    if (shear) {
-      of_node.row(areas.node[i]).setConstant(areas.area(a));
-    } else {
-      of_node.row(areas.node[i]) = -areas.vector.row(a);
-    }
-  }
+  const Points of_node = shear ? Points(face_weights(surface, s.coordinates).replicate(1, 3))
+                               : Points(-face_normals(surface, s.coordinates));
   Matrix B = Matrix::Zero(s.c(), shear ? 3 : 1);
   for (Index i = 0; i < s.c(); ++i) {
     const int d = s.dof_component[i];

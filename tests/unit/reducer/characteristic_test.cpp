@@ -9,8 +9,10 @@
 
 #include "common/base/error.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
+#include "common/mesh/face_weights.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "tests/support/refusal.hpp"
+#include "tests/unit/common/elements/box_mesh.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test::characteristic_test {
@@ -150,7 +152,7 @@ TEST(Characteristic, ResponsesToUniformPressureHaveItsCompliance) {
 TEST(Characteristic, PressureActsInwardsOnTheWholeArea) {
   const Superelement s = craig_bampton(skewed(), {"surface"}, 0);
   const Matrix B = uniform_loads(s, surface_of(s, "surface"), false);
-  const double area = node_areas(s, surface_of(s, "surface")).area.sum();
+  const double area = face_weights(surface_of(s, "surface"), s.coordinates).sum();
   Vector3 sum = Vector3::Zero();
   double outwards = 0;
   for (Index i = 0; i < s.c(); ++i) {
@@ -162,6 +164,23 @@ TEST(Characteristic, PressureActsInwardsOnTheWholeArea) {
   EXPECT_LT(sum.norm(), 1e-12 * area);  // of a closed surface
   EXPECT_LT(outwards, -3 * 0.9 * 60);   // - integral of x . n = -3 V
   EXPECT_GT(area, 2 * (20 + 15 + 12) * 0.95);
+}
+
+// Of serendipity faces: corners are pulled by a twelfth of each face.
+TEST(Characteristic, ResponsesOfSecondOrderFacesAreOfTheirUniformPressure) {
+  const Mesh mesh =
+      test::box_with_faces(ElementType::hex20, {3, 3, 2}, {5, 4, 3}, "z_min", "z_max");
+  const Superelement whole = craig_bampton(mesh, {"z_min", "z_max"}, 0);
+  const Superelement s =
+      reduced(mesh, characteristic({"z_min", "z_max"}, 0, {4, {}, false, {"z_max"}}));
+  const Points normals = face_normals(surface_of(whole, "z_max"), whole.coordinates);
+  Vector pressure(whole.c());
+  for (Index i = 0; i < whole.c(); ++i)
+    pressure[i] = -normals(whole.dof_node[i], whole.dof_component[i]);
+  EXPECT_GT(pressure.maxCoeff(), 0);
+  EXPECT_LT(pressure.minCoeff(), 0);
+  EXPECT_NEAR(pressure.dot(compliance(s) * pressure), pressure.dot(compliance(whole) * pressure),
+              1e-8 * pressure.dot(compliance(whole) * pressure));
 }
 
 TEST(Characteristic, RecoveryMovesTheInteriorAlong) {
