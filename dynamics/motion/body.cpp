@@ -99,7 +99,7 @@ const Points& Body::spread_on(Index set, const Points& impulses, Points& room) c
 
 void Body::push(Index set, const Impulses& impulses) {
   own_take_impulses(set, impulses);
-  if (supports_) supports_->take_impulses(set, impulses);
+  if (supports_) supports_->take_impulses(set, impulses, scheme() == Scheme::newmark);
 }
 
 void Body::take_impulses(Index set, const Impulses& impulses) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace cbr {
 namespace {
@@ -136,10 +137,14 @@ void DrivenAxis::follow(double value, const History& displacement) {
   is_static_ = true;
   acceleration_ = LoadHistory(History{{0}, {0}});
   knots_.push_back({0, 0, 0, 0, 0, 0});
+  // The first load step begins at the initial positions, whatever the table begins with
+  constexpr double at_once = std::numeric_limits<double>::min();
   const std::size_t n = displacement.time.size();
+  if (n > 0 && displacement.time.front() > 0)
+    knots_.push_back({at_once, 0, 0, 0, value * displacement.value.front(), 0});
   for (std::size_t i = 0; i < n; ++i) {
-    const double t = displacement.time[i], integral = displacement_integral(t),
-                 s = value * (displacement.value[i] - displacement.value[0]);
+    const double t = std::max(displacement.time[i], at_once), integral = displacement_integral(t),
+                 s = value * displacement.value[i];
     const double v = i + 1 < n ? value * (displacement.value[i + 1] - displacement.value[i]) /
                                      (displacement.time[i + 1] - t)
                                : 0;

@@ -19,10 +19,11 @@ class DrivenAxis {
   //  acceleration: begins with `speed`.
   //  velocity: piecewise linear; each corner is rounded over a millionth of the shorter interval
   //  beside it.
-  //  displacement: value (history - its first value). In statics it is linear between the points
-  //  of its table. In motion it is their cubic spline, with smaller slopes where that would leave
-  //  the values of the table, but beside a peak. It begins with `speed` where the table begins at
-  //  0, else at rest, and ends at rest where the table ends before the run.
+  //  displacement: value times the history. In statics it is linear between the points of its
+  //  table, and constant before them. In motion, where the table begins with 0, it is their cubic
+  //  spline, with smaller slopes where that would leave the values of the table, but beside a peak.
+  //  It begins with `speed` where the table begins at 0, else at rest, and ends at rest where the
+  //  table ends before the run.
   // Precondition: times from 0 on.
   DrivenAxis(SupportMotion motion, double value, const History& history, double speed,
              const TimeOptions& time);

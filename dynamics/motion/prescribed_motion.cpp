@@ -157,27 +157,28 @@ Vector PrescribedMotion::on_shapes(Index set, const Points& impulses) const {
   return sets_[set].psi.transpose() * numbers_of(impulses);
 }
 
-void PrescribedMotion::book(const Vector& on, double t) {
+void PrescribedMotion::book(const Vector& on, const Vector& velocity) {
   pushed_ += on;
-  contact_ += on.head(n_drives()).dot(velocity(t));
+  contact_ += on.head(n_drives()).dot(velocity);
 }
 
-void PrescribedMotion::take_impulses(Index set, const Impulses& impulses) {
-  book(on_shapes(set, impulses.all), t_);
+void PrescribedMotion::take_impulses(Index set, const Impulses& impulses, bool lasts) {
+  book(on_shapes(set, impulses.all),
+       lasts ? Vector((displacement(t_ + h_) - displacement(t_)) / h_) : velocity(t_));
 }
 
 void PrescribedMotion::take_momentum(const Vector3& momentum) {
-  book(plan_.directions.transpose() * momentum, t_);
+  book(plan_.directions.transpose() * momentum, velocity(t_));
 }
 
 void PrescribedMotion::add_end_impulses(Index set, const Points& impulses) {
-  book(on_shapes(set, impulses), t_ + h_);
+  book(on_shapes(set, impulses), velocity(t_ + h_));
 }
 
 // The momentum has a share of what lasts before it is given, and so has the work.
 void PrescribedMotion::expect_forces(Index set, const Points& forces, double lasting_share) {
   const Vector next = forces.rows() > 0 ? on_shapes(set, forces) : Vector(Vector::Zero(n_shapes()));
-  book(lasting_share * h_ * (next - lasting_), t_ + h_);
+  book(lasting_share * h_ * (next - lasting_), velocity(t_ + h_));
   lasting_ = next;
 }
 

@@ -75,7 +75,8 @@ class PrescribedMotion {
   void move_end(Index set, Points& x) const { move(set, displacement(t_ + h_), x); }
   void add_end_velocities(Index set, Points& v) const { move(set, velocity(t_ + h_), v); }
   MotionBound moved(Index set, MotionBound bound) const;
-  void take_impulses(Index set, const Impulses& impulses);
+  // lasts: they are of forces through the step, else they act at its start
+  void take_impulses(Index set, const Impulses& impulses, bool lasts);
   void take_momentum(const Vector3& momentum);  // of a translation
   void add_end_impulses(Index set, const Points& impulses);
   void expect_forces(Index set, const Points& forces, double lasting_share);
@@ -117,7 +118,7 @@ class PrescribedMotion {
   void move(Index set, const Vector& g, Points& x) const;
   // psi^T of impulses or forces on the set
   Vector on_shapes(Index set, const Points& impulses) const;
-  void book(const Vector& on_shapes, double t);
+  void book(const Vector& on_shapes, const Vector& velocity);
   double strain_energy(const Vector& g) const;
   // Kinetic energy beyond the body's own.
   double kinetic_energy(const Vector& v, const Vector3& own_momentum,

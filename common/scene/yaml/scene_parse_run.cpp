@@ -203,6 +203,11 @@ GivenMotion parse_motion(const SceneMap& map, const SceneReading& reading) {
   read_history(*history, reading, given.history);
   if (given.history.time.front() < 0)
     history->fail("begins before the time 0, expected times from 0 on");
+  const bool moves = reading.scene.time && !reading.scene.time->is_static;
+  if (is_displacement && moves && given.history.value.front() != 0)
+    history->fail("begins with " + number_text(given.history.value.front()) +
+                  ", and nothing can be elsewhere at once: displacements count from the initial "
+                  "positions, take the first value from all of them");
   if (given.motion != SupportMotion::acceleration)
     given.history = without_jumps(given.history, *history);
   return given;
