@@ -326,6 +326,10 @@ struct LinkOptions {
   std::array<ForceTable, 6> force;     // over each motion
   std::array<double, 6> friction{};    // force or moment of dry friction
   Matrix3 axes = Matrix3::Identity();  // rows: x, y, z, scene axes
+  // key `axes: line`: x is the line from the second end to the first, always. With the ground from
+  // its place `ground`.
+  bool follows_line = false;
+  std::optional<Vector3> ground;
   // Of the first end relative to the second, along these axes, of motions that `fix` names: the
   // history multiplies both. Rotation in degrees, rad/s or rad/s^2.
   SupportMotion motion = SupportMotion::none;

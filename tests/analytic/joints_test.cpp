@@ -127,6 +127,32 @@ TEST_P(Joints, TwoMassesOnASpringAndADashpot) {
     }
 }
 
+// With small rotations a spring along a line is one along a fixed axis.
+TEST_P(Joints, ASpringAlongALineIsAlongAnAxis) {
+  for (const std::string& integrator : integrators()) {
+    const auto moves = [&](const std::string& links, int bars) {
+      Jointed scene{
+          .kind = GetParam(), .bars = bars, .velocities = {"[0.01, 0.02, 0]", "[0, 0, 0]"}};
+      scene.more = "links:\n  - {between: [a.tip, " + links + "}\n";
+      scene.time = "end: 1, " + integrator;
+      scene.output = "every: 0.1, history: [a.tip]";
+      const Ran ran = folder.run(yaml(scene));
+      return at(ran.monitor("a.tip").mean_position, 10);
+    };
+    const std::string spring = "stiffness: [8, 0, 0, 0, 0, 0], ";
+    EXPECT_LT((moves("ground], " + spring + "axes: line, ground: [7, 4.5, 0.5]", 1) -
+               moves("ground], " + spring + "axes: [[3, 4, 0], [-4, 3, 0]]", 1))
+                  .norm(),
+              1e-12)
+        << integrator;
+    EXPECT_LT((moves("b.base], " + spring + "axes: line", 2) -
+               moves("b.base], " + spring + "axes: [[1, 0, 0], [0, 1, 0]]", 2))
+                  .norm(),
+              1e-12)
+        << integrator;
+  }
+}
+
 // However stiff it is, a spring limits no step.
 TEST_P(Joints, AStiffBushingIsStable) {
   for (const std::string& integrator : integrators()) {
@@ -575,6 +601,15 @@ TEST_P(Joints, WhatCannotBeIsRefusedByName) {
                     "links:\n  - {between: [a.tip, b.base]}\n  - {between: [a.tip, b.base], "
                     "stiffness: [1, 0, 0, 0, 0, 0]}\n")
                 .find("put both into one entry"),
+            std::string::npos);
+  EXPECT_NE(link("axes: line, fix: [x, y]").find("motion x alone, found y"), std::string::npos);
+  EXPECT_NE(link("axes: lines").find("expected line, or"), std::string::npos);
+  EXPECT_NE(link("ground: [0, 0, 0]").find("is for `axes: line`"), std::string::npos);
+  const auto on_ground = [&](const std::string& keys) {
+    return refusal("", "links:\n  - {between: [a.tip, ground], axes: line" + keys + "}\n");
+  };
+  EXPECT_NE(on_ground("").find("ground: [x, y, z]"), std::string::npos);
+  EXPECT_NE(on_ground(", ground: [4, 0.5, 0.5]").find("the ends are at one place"),
             std::string::npos);
   EXPECT_NE(refusal(", mass: 0", "").find("mass"), std::string::npos);
   EXPECT_NE(refusal(", inertia: [1, 2]", "").find("expected three"), std::string::npos);

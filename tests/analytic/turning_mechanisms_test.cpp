@@ -398,5 +398,77 @@ TEST_F(TurningMechanisms, AHingeHasStopsAndFriction) {
   EXPECT_NEAR(rubs.result.work_damping.back(), -0.5 * inertia * w * w, 2e-3 * inertia * w * w);
 }
 
+// A block that hangs by its tip on a spring, or on a cable that takes tension alone, whose other
+// end is at (0.8, 0.5): its centre, its angle and their rates.
+std::vector<double> hung(const std::vector<double>& y, bool is_cable) {
+  const Eigen::Vector2d lever(arm * std::cos(y[2]), arm * std::sin(y[2])),
+      line = Eigen::Vector2d(y[0], y[1]) + lever - Eigen::Vector2d(0.8, 0.5);
+  const double elongation = line.norm() - std::sqrt(0.32);
+  const Eigen::Vector2d force =
+      -(is_cable ? std::max(0.0, elongation) : elongation) * line.normalized();
+  return {y[3],
+          y[4],
+          y[5],
+          force[0] / mass,
+          force[1] / mass - g,
+          (lever[0] * force[1] - lever[1] * force[0]) / J};
+}
+
+TEST_F(TurningMechanisms, ASpringAlongALineFollowsIt) {
+  for (const bool is_cable : {false, true}) {
+    SCOPED_TRACE(is_cable ? "cable" : "spring");
+    const auto y = integrated([&](const std::vector<double>& of) { return hung(of, is_cable); },
+                              {0.2, 0.1, 0, 0, 3, 0}, 1);
+    const Vector3 expected(y[0] + arm * std::cos(y[2]), y[1] + arm * std::sin(y[2]), 0.05);
+    const auto error = [&](const std::string& as, double step) {
+      const Ran ran =
+          run({.instances = "  a: {component: block, as: " + as + ", velocity: [0, 3, 0]}\n",
+               .links = std::string("  - {between: [a.tip, ground], axes: line, ground: [0.8, 0.5, "
+                                    "0.05], ") +
+                        (is_cable ? "force: {x: [[-1, 0], [0, 0], [1, 1]]}"
+                                  : "stiffness: [1, 0, 0, 0, 0, 0]") +
+                        "}\n",
+               .more = gravity,
+               .time = "end: 1, step: " + text(step),
+               .output = "every: 0.1, history: [a.tip]",
+               .component = as == "rigid" ? "" : reduced});
+      EXPECT_LT(test::energy_residual(ran.result), 1e-9) << as;
+      return (at(ran.monitor("a.tip").mean_position, 10) - expected).norm();
+    };
+    const std::array errors{error("rigid", 4e-3), error("rigid", 2e-3), error("rigid", 1e-3)};
+    EXPECT_LT(errors[2], 1e-4);
+    EXPECT_NEAR(std::log2(errors[1] / errors[2]), 2, is_cable ? 1 : 0.2) << errors[1];
+    EXPECT_LT(error("superelement", 1e-3), 1e-2);
+  }
+}
+
+// Two blocks in free flight on a rod of one length.
+TEST_F(TurningMechanisms, ARodKeepsItsLength) {
+  for (const std::string as : {"rigid", "superelement", "mesh"}) {
+    SCOPED_TRACE(as);
+    const Ran ran =
+        run({.instances = "  a: {component: block, as: " + as +
+                          ", angular_velocity: [1, 2, 3]}\n  b: {component: block, as: " + as +
+                          ", position: [0.9, 0.3, 0.2], velocity: [0.3, 1, -0.5]}\n",
+             .links = "  - {between: [a.tip, b.base], axes: line}\n",
+             .time = "end: 2, step: 1.0e-3",
+             .output = "every: 0.1, history: [a.tip, b.base]",
+             .component = as == "superelement" ? reduced : ""});
+    const auto apart = [&](std::size_t i) {
+      return (at(ran.monitor("a.tip").mean_position, i) -
+              at(ran.monitor("b.base").mean_position, i))
+          .norm();
+    };
+    for (std::size_t i = 0; i < ran.result.time.size(); ++i)
+      EXPECT_NEAR(apart(i), apart(0), 1e-11) << i;
+    EXPECT_LT(test::energy_residual(ran.result), 1e-10);
+    const auto changed = [&](Series3 RunResult::OfBody::*of) {
+      return test::largest_change(ran.result, of) / test::total(ran.result, of, 0).norm();
+    };
+    EXPECT_LT(changed(&RunResult::OfBody::momentum), 1e-11);
+    EXPECT_LT(changed(&RunResult::OfBody::angular_momentum), 1e-11);
+  }
+}
+
 }  // namespace
 }  // namespace cbr::turning_mechanisms_test

@@ -11,8 +11,14 @@
 namespace cbr {
 namespace {
 
-// [x axis, y axis]: of any length, at right angles.
-void read_link_axes(const SceneNode& node, const SceneReading&, Matrix3& axes) {
+// `line`, or [x axis, y axis]: of any length, at right angles.
+void read_link_axes(const SceneNode& node, const SceneReading&, LinkOptions& link) {
+  if (!node.is_list()) {
+    if (node.text() != "line")
+      node.fail("found '" + node.text() + "', expected line, or [[x, y, z], [x, y, z]]");
+    link.follows_line = true;
+    return;
+  }
   const auto vectors = node.list();
   if (vectors.size() != 2)
     node.fail("has " + std::to_string(vectors.size()) +
@@ -21,9 +27,10 @@ void read_link_axes(const SceneNode& node, const SceneReading&, Matrix3& axes) {
   if (!(x.norm() > 0) || !(y.norm() > 0) || std::abs(x.normalized().dot(y.normalized())) > 1e-9)
     node.fail("are not at right angles, or zero");
   const Vector3 a = x.normalized(), b = (y - a.dot(y) * a).normalized();
-  axes.row(0) = a.transpose();
-  axes.row(1) = b.transpose();
-  axes.row(2) << a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0];
+  link.axes.row(0) = a.transpose();
+  link.axes.row(1) = b.transpose();
+  link.axes.row(2) << a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+      a[0] * b[1] - a[1] * b[0];
 }
 
 // Positive definite but for rows of zeros: the pivots of its elimination are above 0.
@@ -152,6 +159,24 @@ void check_springs(const SceneMap& map, LinkOptions& link) {
                 ", which has a spring, a dashpot or friction too: give it one of the two");
 }
 
+// A line has one motion, and two ends.
+void check_line(const SceneMap& map, LinkOptions& link) {
+  if (link.follows_line && map.find("fix") == nullptr) {
+    link.fix.fill(false);
+    link.fix[0] = !link.is_sprung(0);
+  }
+  const bool on_ground = link.second.is_wall();
+  if (link.ground && !(link.follows_line && on_ground))
+    map.at("ground").fail("is for `axes: line` and the second end `ground`: leave it out");
+  if (!link.follows_line) return;
+  for (std::size_t m = 1; m < 6; ++m)
+    if (link.fix[m] || link.is_sprung(m))
+      map.at("axes").fail("line has the motion x alone, found " + motion_names[m] +
+                          ": leave it out, or link other points by it");
+  if (on_ground && !link.ground)
+    map.at("axes").fail("line needs the place of the ground's end: ground: [x, y, z]");
+}
+
 void refuse_twice(const SceneNode& node, const LinkOptions& link, const Scene& scene) {
   for (const LinkOptions& other : scene.links)
     if (other.first.text() == link.first.text() && other.second.text() == link.second.text())
@@ -214,7 +239,9 @@ std::vector<SceneKey> scene_keys(LinkOptions& link) {
   const auto ends = [](const LinkOptions& of) {
     return yaml_words({of.first.text(), of.second.text()});
   };
-  const auto axes = [](const Matrix3& of) { return of.isIdentity(0) ? "" : yaml_rows(of); };
+  const auto axes = [](const LinkOptions& of) {
+    return of.follows_line ? "line" : of.axes.isIdentity(0) ? "" : yaml_rows(of.axes);
+  };
   const bool fixes_any = std::any_of(link.fix.begin(), link.fix.end(), std::identity());
   std::vector<SceneKey> keys{{"between", Own{link, read_ends, ends}, true, true},
                              {"fix", Own{link.fix, read_motions, motions_text}, fixes_any},
@@ -222,7 +249,8 @@ std::vector<SceneKey> scene_keys(LinkOptions& link) {
                              {"damping", Own{link.damping, read_six, six_text}},
                              {"force", Own{link.force, read_forces, forces_text}},
                              {"friction", Own{link.friction, read_frictions, frictions_text}},
-                             {"axes", Own{link.axes, read_link_axes, axes}}};
+                             {"axes", Own{link, read_link_axes, axes}},
+                             {"ground", ThreeNumbers{link.ground}}};
   const bool moves = link.value != Vector3::Zero(), turns = link.turn != Vector3::Zero();
   add_motion_keys(keys, motion_words, moves ? link.motion : SupportMotion::none, link.value);
   add_motion_keys(keys, turn_words, turns ? link.motion : SupportMotion::none, link.turn);
@@ -236,6 +264,7 @@ void parse_links(const SceneNode& node, SceneReading& reading) {
     link.source = item.source();
     const SceneMap map = read_keys(item, scene_keys(link), reading);
     check_springs(map, link);
+    check_line(map, link);
     take_motion(map, reading, link);
     refuse_twice(map.at("between"), link, reading.scene);
     reading.scene.links.push_back(link);

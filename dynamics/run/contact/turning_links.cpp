@@ -186,10 +186,11 @@ Vector3 link_separation(const Simulation& sim, const ContactPair& pair, const Co
   const TurningLink& link = *pair.turning;
   const Ends ends = ends_of(sim, link, true, state);
   const Vector3 given = pair.driven ? pair.driven->shift.end : Vector3(Vector3::Zero());
-  Vector3 value =
-      link.of_rotations
-          ? turned_by(pair, ends, stretch(sim, pair), given).value
-          : Vector3(link.axes * ends.C.transpose() * (ends.first.x - ends.second.x) - given);
+  const Vector3 apart = ends.first.x - ends.second.x;
+  Vector3 value = link.of_rotations ? turned_by(pair, ends, stretch(sim, pair), given).value
+                  : link.length > 0
+                      ? Vector3((apart.norm() - link.length) * Vector3::UnitX() - given)
+                      : Vector3(link.axes * ends.C.transpose() * apart - given);
   value -= stretch_at_end(sim, pair);
   for (std::size_t d = 0; d < 3; ++d)
     if (!link.is_on[d]) value[static_cast<Index>(d)] = 0;
@@ -201,7 +202,14 @@ Vector3 link_separation(const Simulation& sim, const ContactPair& pair, const Co
 Matrix3 aim_link(Simulation& sim, const ContactPair& pair, ContactState& state) {
   const TurningLink& link = *pair.turning;
   const Ends ends = ends_of(sim, link, false, state);
-  const Matrix3 axes = link.axes * ends.C.transpose();
+  const Vector3 apart = ends.first.x - ends.second.x;
+  if (link.length > 0 && !(apart.norm() > 1e-9 * link.length))
+    throw RunError("the ends of link '" + pair.name +
+                   "' meet, and no line is between them: a stop (links[].force) keeps them apart");
+  const Matrix3 axes =
+      link.length > 0
+          ? Eigen::Quaterniond::FromTwoVectors(apart, Vector3::UnitX()).toRotationMatrix()
+          : Matrix3(link.axes * ends.C.transpose());
   Matrix3 rows = axes;
   const Vector3 given = pair.driven ? pair.driven->shift.start : Vector3(Vector3::Zero());
   if (link.of_rotations) rows = turned_by(pair, ends, stretch(sim, pair), given).rows * axes;

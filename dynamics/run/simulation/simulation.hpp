@@ -45,10 +45,13 @@ struct TurningLink {
   std::array<bool, 3> is_on{};         // its rows
   std::array<bool, 3> is_fixed{};      // constrained rotations of the link
   Matrix3 axes = Matrix3::Identity();  // rows: initial axes, scene axes
-  Vector3 at = Vector3::Zero();        // of the first end, initially
+  Vector3 at = Vector3::Zero();        // the place of the ground: of the first end, initially
   // sliding point of the first end, at the position of the second: BodyPoints::slide()
   Index slides = -1;
   double size = 1;  // reference length of the joined bodies
+  // Initial distance of the ends, of a link whose one row is along the line between them; 0: of
+  // axes
+  double length = 0;
 };
 
 // Prescribed motion of a link's rows: of its first end relative to the second.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/setup/contact/contact_setup.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <numbers>
 #include <utility>
@@ -122,29 +124,28 @@ class LinkMaker {
     } else {
       b = slots(link.second.instance, second_place(index_, link));
     }
+    const Matrix3 axes = link.follows_line ? along(line(link, a, b), link) : link.axes;
     const std::string name = link.first.text() + " - " + link.second.text();
     std::array<bool, 6> sprung{};
     bool is_sprung = false;
     for (std::size_t m = 0; m < 6; ++m) is_sprung |= sprung[m] = link.is_sprung(m);
-    add_two(link, name, name + ", moment", link.fix, a, b, {});
+    add_two(link, axes, name, name + ", moment", link.fix, a, b, {});
     if (!is_sprung) return;
     Joint joint;
     joint.name = name;
-    joint.at = sim_.bodies[sim_.contact_nodes[a.translation.contact].body]
-                   ->reference_positions()
-                   .row(sim_.contact_nodes[a.translation.contact].nodes[a.translation.node])
-                   .transpose();
-    joint.axes = link.axes;
+    joint.at = place_of(a.translation);
+    joint.axes = axes;
     joint.stiffness = link.stiffness;
     joint.damping = link.damping;
     joint.force = link.force;
     for (std::size_t m = 0; m < 6; ++m) joint.friction[static_cast<Index>(m)] = link.friction[m];
     joint.size = size_of(a.translation);
-    joint.is_late = is_massless(link.first) || is_massless(link.second);
+    for (const Slot& end : {a.translation, b.translation})
+      joint.is_late |= sim_.bodies[sim_.contact_nodes[end.contact].body]->facts().kicks_at_end;
     const Index contact = add_joint(std::move(joint), index_.scene(), sim_);
     if (turns(index_, link))
-      static_cast<JointBody&>(*sim_.bodies.back()).follow(0, link.axes.transpose());
-    add_two(link, name + ", spring", name + ", spring moment", sprung, a, b,
+      static_cast<JointBody&>(*sim_.bodies.back()).follow(0, axes.transpose());
+    add_two(link, axes, name + ", spring", name + ", spring moment", sprung, a, b,
             {{contact, 0}, {contact, 1}});
   }
 
@@ -253,12 +254,24 @@ class LinkMaker {
             slot(contact, points.rotation_node(place))};
   }
 
-  bool is_massless(const SurfaceName& end) const {
-    if (end.is_wall()) return false;
-    const Instance& instance = index_.scene().instances[index_.place(end.instance)];
-    const Component& component = component_of(index_.scene(), instance);
-    return instance.as == InstanceKind::superelement && component.reduction &&
-           component.reduction->is_massless();
+  // Undeformed
+  Vector3 place_of(const Slot& slot) const {
+    const ContactNodes& nodes = sim_.contact_nodes[slot.contact];
+    return sim_.bodies[nodes.body]->reference_positions().row(nodes.nodes[slot.node]).transpose();
+  }
+
+  // From the second end to the first.
+  Vector3 line(const LinkOptions& link, const PointSlots& a, const PointSlots& b) const {
+    return place_of(a.translation) - (link.ground ? *link.ground : place_of(b.translation));
+  }
+
+  // Axes of which x is along the line.
+  static Matrix3 along(const Vector3& line, const LinkOptions& link) {
+    if (!(line.norm() > 0))
+      throw InputError(link.source.text() +
+                       ": links[]: the ends are at one place, and no line is between them: leave "
+                       "out axes: line, or move one");
+    return Eigen::Quaterniond::FromTwoVectors(line, Vector3::UnitX()).toRotationMatrix();
   }
 
   // Rotation of a link's rows with its ends.
@@ -270,9 +283,8 @@ class LinkMaker {
       of.second = {b.translation.contact, b.translation.node, b.rotation.node};
     of.is_fixed = {link.fix[3], link.fix[4], link.fix[5]};
     of.axes = link.axes;
-    const ContactNodes& nodes = sim_.contact_nodes[a.translation.contact];
-    const Points& X = sim_.bodies[nodes.body]->reference_positions();
-    of.at = X.row(nodes.nodes[a.translation.node]).transpose();
+    of.at = link.ground.value_or(place_of(a.translation));
+    if (link.follows_line) of.length = line(link, a, b).norm();
     of.size = size_of(a.translation);
     return of;
   }
@@ -296,11 +308,11 @@ class LinkMaker {
   }
 
   // Adds forces along `axes`, and moments about them.
-  void add_two(const LinkOptions& link, const std::string& force, const std::string& moment,
-               const std::array<bool, 6>& is_on, const PointSlots& a, const PointSlots& b,
-               const PointSlots& joint) {
+  void add_two(const LinkOptions& link, const Matrix3& axes, const std::string& force,
+               const std::string& moment, const std::array<bool, 6>& is_on, const PointSlots& a,
+               const PointSlots& b, const PointSlots& joint) {
     PairOptions options{force,       link.source, link.first,
-                        link.second, link.axes,   {is_on[0], is_on[1], is_on[2]}};
+                        link.second, axes,        {is_on[0], is_on[1], is_on[2]}};
     Slot first = a.translation;
     if (turns(index_, link)) {
       if ((link.turn.array() != 0).count() > 1)

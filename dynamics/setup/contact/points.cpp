@@ -91,7 +91,7 @@ bool turns(const SceneIndex& index, const LinkOptions& link) {
 }
 
 bool slides(const SceneIndex& index, const LinkOptions& link) {
-  if (link.second.is_wall() || !turns(index, link)) return false;
+  if (link.follows_line || link.second.is_wall() || !turns(index, link)) return false;
   bool any = false, all = true;
   for (std::size_t m = 0; m < 3; ++m) {
     any |= link.fix[m] || link.is_sprung(m);
@@ -126,9 +126,10 @@ std::vector<AveragePoint> points_of(const SceneIndex& index, const BuiltScene& b
     if (link.second.instance != instance.name) continue;
     AveragePoint second = average(i, link.second.surface, named_point(index, link.second));
     second.rigid = false;  // the named point couples the nodes
-    second.at = average(index.place(link.first.instance), link.first.surface,
-                        named_point(index, link.first))
-                    .at;
+    if (!link.follows_line)
+      second.at = average(index.place(link.first.instance), link.first.surface,
+                          named_point(index, link.first))
+                      .at;
     points.push_back(std::move(second));
   }
   for (const LinkOptions& link : scene.links) {
