@@ -11,13 +11,13 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 85033,
+    "lines of product": 85135,
     "files of product": 624,
     "lines of python/cbr": 1968,
-    "lines of tests": 64906,
+    "lines of tests": 65106,
     "files of tests": 392,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
-    "lines with InputError(": 354,
+    "lines with InputError(": 355,
     "classes derived from Body": 4,
     "members of the largest class": 30,
 }

@@ -3,6 +3,7 @@
 // bouncing_bar_test.cpp), bars that strike, a block that is pressed and one that slides.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -208,11 +209,57 @@ TEST(MasslessContact, MeetsEveryKindOfBody) {
       const double energy = ran.result.total.back() / ran.result.total.front();
       std::printf("%-22s speeds after the impact %.4f %.4f, energy %.4f\n", name.c_str(), left,
                   right, energy);
-      EXPECT_NEAR(left, 0, 0.06) << name;
-      EXPECT_NEAR(right, 1, 0.06) << name;
-      EXPECT_LT(energy, 1.01) << name;
+      // Beside another kind its modes have mass at the interface, and the impact loses their waves
+      EXPECT_NEAR(left, 0, b == 0 ? 0.06 : 0.07) << name;
+      EXPECT_NEAR(right, 1, b == 0 ? 0.06 : 0.07) << name;
+      EXPECT_LT(energy, b == 0 ? 1.01 : 1) << name;
     }
   }
+}
+
+// Bars end to end, tied or welded, of which one is held and the other pulled at once: no joint of
+// massless bodies with others brings energy.
+TEST(MasslessContact, JointsWithOtherKindsKeepTheEnergy) {
+  const std::string massless =
+      ", reduction: {basis: massless, interface: [x_min, x_max], modes: 40}";
+  for (const std::string other :
+       {", reduction: {interface: [x_min, x_max], modes: 20}",
+        ", reduction: {basis: characteristic, interface: [x_min, x_max, y_max], modes: 20}", "",
+        "rigid"})
+    for (const bool is_tied : {true, false})
+      for (const bool massless_is_held : {true, false}) {
+        SceneFolder folder;
+        folder.add("bar.exo", test::block_mesh({{10, 2, 2}, {1, 0.2, 0.2}}));
+        const bool is_rigid = other == "rigid";
+        if (is_rigid && !massless_is_held) continue;
+        const auto component = [&](const char* name, bool is_massless) {
+          return std::string("  ") + name +
+                 ": {mesh: bar.exo, material: m, points: {p: {surface: " +
+                 (name == std::string("a") ? "x_max" : "x_min") + "}}" +
+                 (is_massless ? massless
+                  : is_rigid  ? ""
+                              : other) +
+                 "}\n";
+        };
+        const Ran ran = folder.run(
+            "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.3, density: "
+            "1}}\ncomponents:\n" +
+            component("a", massless_is_held) + component("b", !massless_is_held) +
+            "instances:\n  a: {component: a}\n  b: {component: b, position: [1, 0, 0]" +
+            (is_rigid ? ", as: rigid" : "") +
+            "}\nboundary: [{instance: a, nodes: x_min, fix: [x, y, z]}]\n"
+            "loads: [{instance: b, surface: x_max, force: [0.01, 0, 0.001]}]\n" +
+            (is_tied ? "contact: [{between: [a.x_max, b.x_min], tied: true}]\n"
+                     : "links: [{between: [a.p, b.p]}]\n") +
+            "time: {end: 20}\noutput: {every: 0.2, history: [b.x_max]}\n");
+        const RunResult& result = ran.result;
+        const double most =
+            *std::max_element(result.work_external.begin(), result.work_external.end());
+        const std::string name =
+            other + (is_tied ? " tied" : " welded") + (massless_is_held ? " a" : " b");
+        for (std::size_t i = 0; i < result.time.size(); ++i)
+          ASSERT_LT(std::abs(result.work_contact[i]), 0.03 * most) << name << " " << result.time[i];
+      }
 }
 
 // A block on a floor under gravity that leans: it slides by s = g (sin a - mu cos a) t^2 / 2, or

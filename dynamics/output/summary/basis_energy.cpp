@@ -12,10 +12,6 @@
 namespace cbr {
 namespace {
 
-bool is_massless(const BuiltScene::OfInstance& instance) {
-  return !instance.parts.empty() && instance.parts.front().superelement->is_massless();
-}
-
 // Both surfaces of a pair; of a wall none.
 std::vector<const ContactSurface*> surfaces_of(const ContactPair& pair) {
   if (pair.wall) return {pair.slave.get()};
@@ -44,7 +40,8 @@ void name_component(const BuiltScene::OfInstance& instance, const ContactPair& p
   outside.components.insert(instance.component);
   if (!is_reduced) return;
   outside.has_modes = true;
-  outside.may_be_massless &= instance.parts.size() == 1;
+  outside.may_be_massless &=
+      instance.parts.size() == 1 && !instance.parts.front().superelement->is_massless();
   const auto& accuracy = instance.parts.front().superelement->accuracy;
   outside.modes_help |= !accuracy || !accuracy->rho_floor ||
                         accuracy->rho_res.maxCoeff() > 1.5 * accuracy->rho_floor->maxCoeff();
@@ -82,8 +79,9 @@ std::optional<OutsideBasis> energy_outside_basis(const BuiltScene& built, const 
     }
     bool loses = false, is_rigid = true;
     for (const ContactSurface* surface : surfaces_of(pair)) {
-      const auto& instance = built.instances[built.simulation.contact_nodes[surface->body].body];
-      if (is_massless(instance)) continue;
+      const Index body = built.simulation.contact_nodes[surface->body].body;
+      const auto& instance = built.instances[body];
+      if (built.simulation.bodies[body]->facts().kicks_at_end) continue;
       loses = true;
       is_rigid &= instance.is_rigid;
       name_component(instance, pair, outside);

@@ -371,6 +371,39 @@ void warn_of_missing_statics(const Scene& scene, const Component& component,
                             "or use basis: craig-bampton"));
 }
 
+// Whether a body of basis massless meets one that takes impulses at the starts of steps: an elastic
+// one of another kind, or by a tie or a link a rigid one or the mass of a point.
+bool joins_massless_to_others(const Scene& scene) {
+  enum class Kind { massless, rigid, other };
+  std::map<std::string, Kind> kinds;
+  bool any = false, any_other = false, any_mass = false;
+  for (const Instance& instance : scene.instances) {
+    const Component& component = component_of(scene, instance);
+    const bool massless = instance.as == InstanceKind::superelement && component.reduction &&
+                          component.reduction->is_massless();
+    Kind& kind = kinds[instance.name] = massless                             ? Kind::massless
+                                        : instance.as == InstanceKind::rigid ? Kind::rigid
+                                                                             : Kind::other;
+    any |= massless;
+    any_other |= kind == Kind::other;
+    for (const auto& [name, point] : component.points) any_mass |= massless && point.has_mass();
+  }
+  const auto unlike = [&](const SurfaceName& a, const SurfaceName& b, bool is_joint) {
+    if (a.is_wall() || b.is_wall()) return false;
+    const Kind &one = kinds.at(a.instance), &other = kinds.at(b.instance);
+    return (one == Kind::massless) != (other == Kind::massless) &&
+           (is_joint || (one != Kind::rigid && other != Kind::rigid));
+  };
+  const auto& links = scene.links;
+  return any_mass ||
+         std::any_of(scene.contact.begin(), scene.contact.end(),
+                     [&](const auto& c) {
+                       return c.all ? any && any_other : unlike(c.first, c.second, c.tied);
+                     }) ||
+         std::any_of(links.begin(), links.end(),
+                     [&](const auto& link) { return unlike(link.first, link.second, true); });
+}
+
 ReducedComponent read_reduced(SceneIndex& index, const Component& component,
                               const BuildOptions& options, Report& report) {
   ReducedComponent reduced;
@@ -394,7 +427,14 @@ ReducedComponent read_reduced(SceneIndex& index, const Component& component,
     const auto phase = report.phase("setup");
     const bool has_statics = !reduced.superelement->characteristic.statics.node.empty();
     if (reduced.superelement->is_massless() || has_statics) {
-      reduced.form = free_residual_form(reduced.superelement, file);
+      const bool meets_others =
+          reduced.superelement->is_massless() && joins_massless_to_others(index.scene());
+      reduced.form = free_residual_form(reduced.superelement, file, meets_others);
+      if (meets_others)
+        report.warning("component '" + component.name +
+                       "': basis massless meets bodies of other kinds here, so that its modes have "
+                       "their mass at the interface, and impacts lose energy as with "
+                       "characteristic: give all of them basis: massless, or this one another");
     } else {
       reduced.form =
           std::make_shared<ModalForm>(free_characteristic_form(*reduced.superelement, file));

@@ -62,9 +62,7 @@ void ContactSides::measure(const std::set<Index>& tied, ContactSurface& surface)
     std::erase_if(surface.nodes, [&](Index node) { return tied.count(node) != 0; });
   }
   // With large rotation a massless interface gains energy where edge contacts begin and end
-  const auto& parts = built_.instances[contact.body].parts;
-  const bool massless = !parts.empty() && parts.front().superelement->is_massless();
-  if (!massless || !body.turns()) fill_edges(surface, points);
+  if (!body.facts().kicks_at_end || !body.turns()) fill_edges(surface, points);
   if (body.turns()) surface.extent.setConstant(surface.extent.norm());
 }
 

@@ -54,7 +54,7 @@ std::shared_ptr<const ModalForm> held_characteristic(const Superelement& s, cons
   ModalForm form = held_characteristic_form(s, held, where);
   ResidualCompliance residual;
   residual.rows = free;
-  residual.omega_limit = form.omega.size() > 0 ? form.omega.maxCoeff() : 0;
+  residual.omega_limit = form.highest();
   std::vector<Index> changed;
   for (const HeldDirection& direction : held)
     for (Index j = free.first[direction.node]; j < free.first[direction.node + 1]; ++j)
@@ -78,8 +78,7 @@ std::shared_ptr<const ModalForm> held_massless(const Superelement& s, const Moda
     for (int d = 0; d < 3; ++d)
       if (const Index row = rows(held[i].node, d); row >= 0) C(i, row - k) = held[i].direction[d];
   ResidualCompliance residual;
-  residual.is_massless = true;
-  residual.omega_limit = free.residual->omega_limit;
+  residual.is_massless = free.residual->is_massless;
   // With D = C F C^T and the reactions -D^-1 C (V_c eta + F f):
   //   F <- F - F C^T D^-1 C F,   V_c <- V_c - F C^T D^-1 C V_c,   K = diag(omega^2) + (C V_c)^T
   //   D^-1 C V_c
@@ -109,6 +108,7 @@ std::shared_ptr<const ModalForm> held_massless(const Superelement& s, const Moda
   modal.V.topRows(k) = pairs.Phi;
   modal.V.bottomRows(c) = V_held * pairs.Phi;
   modal.E = pairs.Phi.transpose() * free.E;
+  residual.omega_limit = residual.is_massless ? free.residual->omega_limit : modal.highest();
   return with_residual(std::move(modal), std::move(residual));
 }
 
@@ -190,19 +190,20 @@ std::shared_ptr<const ThinResponse> ResidualCompliance::response(
 }
 
 std::shared_ptr<const ModalForm> free_residual_form(
-    const std::shared_ptr<const Superelement>& superelement, const std::string& where) {
+    const std::shared_ptr<const Superelement>& superelement, const std::string& where,
+    bool meets_others) {
   const Superelement& s = *superelement;
   ResidualCompliance residual;
-  residual.is_massless = s.is_massless();
+  residual.is_massless = s.is_massless() && !meets_others;
   ModalForm form;
-  if (residual.is_massless) {
+  if (s.is_massless()) {
     form = form_of_modes(s, s.massless.V, "/massless/V", where);
     residual.rows = rows_of_massless(s, {superelement, &s.massless.F});
-    residual.omega_limit = s.massless.omega_closed;
+    residual.omega_limit = meets_others ? form.highest() : s.massless.omega_closed;
   } else {
     form = free_characteristic_form(s, where);
     residual.rows = rows_of_characteristic(superelement);
-    residual.omega_limit = form.omega.size() > 0 ? form.omega.maxCoeff() : 0;
+    residual.omega_limit = form.highest();
   }
   return with_residual(std::move(form), std::move(residual));
 }
@@ -210,8 +211,8 @@ std::shared_ptr<const ModalForm> free_residual_form(
 std::shared_ptr<const ModalForm> held_residual_form(const Superelement& s, const ModalForm& free,
                                                     const std::vector<HeldDirection>& held,
                                                     const std::string& where) {
-  return free.residual->is_massless ? held_massless(s, free, held, where)
-                                    : held_characteristic(s, free.residual->rows, held, where);
+  return s.is_massless() ? held_massless(s, free, held, where)
+                         : held_characteristic(s, free.residual->rows, held, where);
 }
 
 namespace {

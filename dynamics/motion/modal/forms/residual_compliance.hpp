@@ -14,7 +14,9 @@ namespace cbr {
 
 // u_c = V_c eta + B F B^T f_c, eta'' + omega^2 eta = V_c^T f_c. Basis massless: V_c is the modes of
 // a body whose interface has no mass, F of all interface dofs. Basis characteristic: V_c are modes
-// with mass, F the residual compliance of some faces.
+// with mass, F the residual compliance of some faces. As such modes move those of basis massless,
+// too, where it meets bodies of other kinds: these take impulses at the starts of steps, and a
+// joint whose force is late on one side gains energy at any step.
 struct ResidualCompliance {
   StaticRows rows;  // of all nodes of the superelement, component axes
   // Of truncated modes: the form with all n of them, whose last h are quasi-static, and
@@ -22,7 +24,7 @@ struct ResidualCompliance {
   // alone.
   std::shared_ptr<const ModalForm> whole;
   Matrix quasi_static;
-  bool is_massless = false;
+  bool is_massless = false;  // takes impulses at the ends of steps
   // rad/s, limits a step: massless, with the interface held; else the highest of the form
   double omega_limit = 0;
 
@@ -67,10 +69,11 @@ struct ResidualCompliance {
 StaticRows static_rows(const std::vector<Index>& node, const Points& direction, StaticCompliance F,
                        Index n);
 
-// Of basis massless, or characteristic with residual compliance. InputError when the rigid modes do
-// not agree with /rigid_body, named by `where`.
+// Of basis massless, or characteristic with residual compliance. meets_others: bodies of other
+// kinds. InputError when the rigid modes do not agree with /rigid_body, named by `where`.
 std::shared_ptr<const ModalForm> free_residual_form(
-    const std::shared_ptr<const Superelement>& superelement, const std::string& where);
+    const std::shared_ptr<const Superelement>& superelement, const std::string& where,
+    bool meets_others = false);
 // The same with held directions. Massless: their reactions are forces on an interface without
 // inertia, so that they are eliminated as contact is. Characteristic: coordinates are held as in
 // held_characteristic_form(), and residual compliance at held nodes is left out.
