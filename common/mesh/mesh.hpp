@@ -24,6 +24,8 @@ struct FileMaterial {
   // Orthotropic: E_1 E_2 E_3 nu_12 nu_13 nu_23 G_12 G_13 G_23. Empty: isotropic.
   std::vector<double> engineering_constants = {};
   Vector3 axis = Vector3::UnitX(), in_plane = Vector3::UnitY();  // its axis 1; of the plane 1-2
+  // Given: axes are radial, tangential and axial, about the line through it along `axis`.
+  std::optional<Vector3> center = {};
 };
 
 struct Block {

@@ -53,6 +53,19 @@ Matrix3 axis_rotation(int a, double degrees) {
   return R;
 }
 
+// Orthotropy::axes
+std::optional<Matrix3> axes_of(const FileMaterial& m) {
+  if (!m.center) return material_axes(m.axis, m.in_plane);
+  // Any two directions across the cylinder's axis
+  Index least = 0;
+  m.axis.cwiseAbs().minCoeff(&least);
+  const std::optional<Matrix3> axes = material_axes(m.axis, Vector3::Unit(least));
+  if (!axes) return {};
+  Matrix3 turned;
+  turned << axes->row(1), axes->row(2), axes->row(0);
+  return turned;
+}
+
 // Why the material cannot be used; empty: it can.
 std::string problem_of(const FileMaterial& m, const std::optional<Orthotropy>& orthotropy) {
   if (!m.problem.empty()) return m.problem;
@@ -60,8 +73,7 @@ std::string problem_of(const FileMaterial& m, const std::optional<Orthotropy>& o
     return "has " + std::to_string(n) + " of nine engineering constants";
   if (orthotropy && !is_definite(*orthotropy))
     return "has engineering constants with which strains exist that give energy";
-  if (orthotropy && !material_axes(m.axis, m.in_plane))
-    return "has an *ORIENTATION whose points are zero or on one line";
+  if (orthotropy && !axes_of(m)) return "has an *ORIENTATION whose points are zero or on one line";
   if (!orthotropy && !(m.youngs_modulus > 0)) return "has no positive Young's modulus";
   if (!(m.poissons_ratio > -1 && m.poissons_ratio < 0.5))
     return "has a Poisson's ratio that is not between -1 and 0.5";
@@ -74,7 +86,8 @@ std::optional<Orthotropy> orthotropy_of(const FileMaterial& m) {
   return Orthotropy{{c[0], c[1], c[2]},
                     {c[3], c[5], c[4]},
                     {c[6], c[8], c[7]},
-                    material_axes(m.axis, m.in_plane).value_or(Matrix3::Identity())};
+                    axes_of(m).value_or(Matrix3::Identity()),
+                    m.center};
 }
 
 Material material_of_file(const FileMaterial& m, const Component& component, const Block& block) {

@@ -119,8 +119,10 @@ Provenance material_provenance(const Material& m) {
   p["youngs_modulus"] = three(of.youngs_moduli);
   p["poissons_ratio"] = three(of.poissons_ratios);
   p["shear_modulus"] = three(of.shear_moduli);
-  p["axes"] =
-      "[" + three(of.axes.row(0).transpose()) + ", " + three(of.axes.row(1).transpose()) + "]";
+  p["axes"] = of.center
+                  ? "cylinder " + three(of.axes.row(2).transpose()) + " at " + three(*of.center)
+                  : "[" + three(of.axes.row(0).transpose()) + ", " +
+                        three(of.axes.row(1).transpose()) + "]";
   return p;
 }
 

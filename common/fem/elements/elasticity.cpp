@@ -21,6 +21,17 @@ bool is_definite(const Orthotropy& of) {
          normal.topLeftCorner<2, 2>().determinant() > 0 && normal.determinant() > 0;
 }
 
+Material material_at(const Material& material, const Vector3& x) {
+  if (!material.orthotropy || !material.orthotropy->center) return material;
+  Material own = material;
+  Orthotropy& of = *own.orthotropy;
+  const Vector3 axial = of.axes.row(2), arm = axial.cross(x - *of.center).cross(axial);
+  const Vector3 radial = arm.isZero(0) ? Vector3(of.axes.row(0)) : arm.normalized();
+  of.axes << radial.transpose(), axial.cross(radial).transpose(), axial.transpose();
+  of.center.reset();
+  return own;
+}
+
 namespace isoparametric {
 namespace {
 
@@ -70,6 +81,13 @@ Elasticity::Elasticity(const Material& m) : is_isotropic_(!m.orthotropy) {
     for (int b = 0; b < 3; ++b)
       for (int c = 0; c < 3; ++c)
         for (int d = 0; d < 3; ++d) C_[3 * a + b](c, d) = C[27 * a + 9 * c + 3 * b + d];
+}
+
+std::vector<Elasticity> elasticities(const Material& m, const Points& X, const Matrix& N) {
+  if (!m.orthotropy || !m.orthotropy->center) return {Elasticity(m)};
+  std::vector<Elasticity> all;
+  for (Index q = 0; q < N.cols(); ++q) all.emplace_back(material_at(m, X.transpose() * N.col(q)));
+  return all;
 }
 
 Matrix3 Elasticity::stress(const Matrix3& strain) const {

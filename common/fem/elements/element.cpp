@@ -10,6 +10,7 @@
 namespace cbr {
 namespace {
 
+using isoparametric::elasticities;
 using isoparametric::Nodes;
 using isoparametric::with_node_count;
 
@@ -40,14 +41,17 @@ Matrix element_stiffness(ElementType type, HexFormulation hex, const Points& X,
                          const Material& material) {
   if (type == ElementType::hex8 && hex != HexFormulation::full) {
     const auto local = isoparametric::local_coordinates<8>(X);
-    if (hex == HexFormulation::incompatible) return hex8_incompatible_stiffness(local, material);
-    return hex8_hourglass_stiffness(local, material, hourglass_coefficient(hex));
+    if (hex == HexFormulation::incompatible)
+      return hex8_incompatible_stiffness(
+          local, elasticities(material, X, reference_element(type).stiffness.N));
+    return hex8_hourglass_stiffness(local, material_at(material, X.colwise().mean()),
+                                    hourglass_coefficient(hex));
   }
   const ShapeTable& table = integration_points(type, hex, reference_element(type).stiffness);
   return with_node_count(type, [&](auto n) -> Matrix {
     const auto local = isoparametric::local_coordinates<n()>(X);
     const auto A = isoparametric::gradients<n()>(local, table);
-    return isoparametric::elastic_stiffness<n()>(A, isoparametric::Elasticity(material));
+    return isoparametric::elastic_stiffness<n()>(A, elasticities(material, X, table.N));
   });
 }
 
@@ -121,7 +125,9 @@ Eigen::Matrix<double, 6, 1> element_stress(ElementType type, HexFormulation hex,
     // H_ab = du_a/dx_b
     return isoparametric::local_coordinates<n()>(u).transpose().lazyProduct(g);
   });
-  const Matrix3 stress = isoparametric::Elasticity(material).stress(0.5 * (H + H.transpose()));
+  const Matrix3 stress = elasticities(material, X, reference_element(type).center.N)
+                             .front()
+                             .stress(0.5 * (H + H.transpose()));
   return {stress(0, 0), stress(1, 1), stress(2, 2), stress(0, 1), stress(1, 2), stress(2, 0)};
 }
 

@@ -20,6 +20,9 @@ struct Orthotropy {
   Vector3 shear_moduli;  // G_12, G_23, G_13
   // rows: the material's axes in those of the component, orthonormal, right-handed
   Matrix3 axes = Matrix3::Identity();
+  // Given: a cylinder, whose axis runs through it along the third row. Axes 1 and 2 are then radial
+  // and tangential.
+  std::optional<Vector3> center = {};
 };
 // E_i / (1 - nu nu) ..., the stiffness of the normal strains, material's axes   (3 x 3, symmetric).
 // Its eigenvalues are positive where the constants are those of a material.
@@ -43,6 +46,9 @@ enum class HexFormulation {
   hourglass,     // one point and Flanagan-Belytschko hourglass control (1981)
   reduced,       // the same with CalculiX's coefficient: C3D8R; a hex20: C3D20R, a wedge15: C3D15
 };
+
+// The material, with the axes that it has at x.
+Material material_at(const Material& material, const Vector3& x);
 
 enum class MassKind { lumped, consistent };
 

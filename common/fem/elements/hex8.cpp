@@ -38,9 +38,9 @@ Gradients<11> enhanced_gradients(const Hex8Nodes& X) {
 
 }  // namespace
 
-Hex8Matrix hex8_incompatible_stiffness(const Hex8Nodes& X, const Material& material) {
-  const DofMatrix<11> K =
-      isoparametric::elastic_stiffness<11>(enhanced_gradients(X), Elasticity(material));
+Hex8Matrix hex8_incompatible_stiffness(const Hex8Nodes& X,
+                                       const std::vector<isoparametric::Elasticity>& material) {
+  const DofMatrix<11> K = isoparametric::elastic_stiffness<11>(enhanced_gradients(X), material);
   // Y = L^-1 K_au, K_aa = L L^T   (9 x 24)
   const Eigen::LLT<Eigen::Matrix<double, 9, 9>> llt(K.bottomRightCorner<9, 9>());
   Eigen::Matrix<double, 9, 24> Y = K.bottomLeftCorner<9, 24>();
@@ -54,10 +54,11 @@ Hex8Matrix hex8_incompatible_stiffness(const Hex8Nodes& X, const Material& mater
   return condensed;
 }
 
-std::array<Matrix3, 8> hex8_incompatible_gradients(const Hex8Nodes& X, const Material& material,
-                                                   const Hex8Nodes& u) {
+std::array<Matrix3, 8> hex8_incompatible_gradients(
+    const Hex8Nodes& X, const std::vector<isoparametric::Elasticity>& material,
+    const Hex8Nodes& u) {
   const Gradients<11> A = enhanced_gradients(X);
-  const DofMatrix<11> K = isoparametric::elastic_stiffness<11>(A, Elasticity(material));
+  const DofMatrix<11> K = isoparametric::elastic_stiffness<11>(A, material);
   const Eigen::Map<const Eigen::Matrix<double, 24, 1>> u_e(u.data());
   const Eigen::LLT<Eigen::Matrix<double, 9, 9>> llt(K.bottomRightCorner<9, 9>());
   Eigen::Matrix<double, 33, 1> all;

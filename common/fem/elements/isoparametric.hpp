@@ -7,6 +7,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <vector>
 
 #include "common/fem/elements/element.hpp"
 #include "common/fem/elements/reference_element.hpp"
@@ -71,6 +72,10 @@ class Elasticity {
   std::array<Matrix3, 9> C_;  // of a and b: c x d
 };
 
+// At the points of a table with the shape functions N (n x n_q), of an element at X: one for all
+// where the material's axes are the same at all.
+std::vector<Elasticity> elasticities(const Material& material, const Points& X, const Matrix& N);
+
 // Coordinates from the first node: an element far from the origin loses no digits in its Jacobian.
 template <int n>
 Nodes<n> local_coordinates(const Points& X) {
@@ -126,6 +131,16 @@ DofMatrix<n> elastic_stiffness(const Gradients<n>& A, const Elasticity& material
       K.template block<3, 3>(3 * i, 3 * j) = k;
       K.template block<3, 3>(3 * j, 3 * i) = k.transpose();
     }
+  return K;
+}
+
+// Of a material with other axes at each point.
+template <int n>
+DofMatrix<n> elastic_stiffness(const Gradients<n>& A, const std::vector<Elasticity>& of) {
+  if (of.size() == 1) return elastic_stiffness<n>(A, of.front());
+  DofMatrix<n> K = DofMatrix<n>::Zero();
+  for (std::size_t q = 0; q < of.size(); ++q)
+    K += elastic_stiffness<n>(Gradients<n>(A.col(static_cast<Index>(q))), of[q]);
   return K;
 }
 

@@ -15,6 +15,7 @@ using isoparametric::Nodes;
 
 // Points where stress is sampled, and their extrapolation to the nodes.
 struct Sampling {
+  Matrix N;                // n x points
   std::vector<Points> dN;  // at each of the points, n x 3
   Matrix at_nodes;         // points x n: column a are the weights of the points at node a
 };
@@ -75,8 +76,12 @@ Sampling sample(ElementType type) {
   const QuadratureRule rule = points_of(type);
   Sampling sampling;
   sampling.at_nodes.resize(static_cast<Index>(rule.size()), n_nodes(type));
-  for (const QuadraturePoint& point : rule)
-    sampling.dN.push_back(shape_functions(type, point.xi).dN);
+  sampling.N.resize(n_nodes(type), static_cast<Index>(rule.size()));
+  for (const QuadraturePoint& point : rule) {
+    const ShapeFunctions shape = shape_functions(type, point.xi);
+    sampling.N.col(static_cast<Index>(sampling.dN.size())) = shape.N;
+    sampling.dN.push_back(shape.dN);
+  }
   for (Index a = 0; a < n_nodes(type); ++a) {
     const Vector3 x = place_of_node(type, a);
     for (std::size_t q = 0; q < rule.size(); ++q)
@@ -102,10 +107,11 @@ Eigen::Matrix<double, 6, 1> stress_of(const Elasticity& material, const Matrix3&
 
 // n x 6, from H_ab = du_a/dx_b at each sampling point.
 template <class Gradients>
-Matrix nodal_stress(const Sampling& sampling, const Material& material, const Gradients& H) {
-  const Elasticity elasticity(material);
+Matrix nodal_stress(const Sampling& sampling, const std::vector<Elasticity>& material,
+                    const Gradients& H) {
   Matrix at_points(6, sampling.at_nodes.rows());
-  for (Index q = 0; q < at_points.cols(); ++q) at_points.col(q) = stress_of(elasticity, H[q]);
+  for (Index q = 0; q < at_points.cols(); ++q)
+    at_points.col(q) = stress_of(material[material.size() == 1 ? 0 : q], H[q]);
   return (at_points * sampling.at_nodes).transpose();
 }
 
@@ -116,13 +122,14 @@ Matrix element_nodal_stress(ElementType type, HexFormulation hex, const Points& 
   const Sampling& sampling = sampling_of(type);
   if (type == ElementType::hex8 && has_one_point(hex))
     return element_stress(type, hex, X, material, u).transpose().replicate(8, 1);
+  const std::vector<Elasticity> elasticity = isoparametric::elasticities(material, X, sampling.N);
   return isoparametric::with_node_count(type, [&](auto n) -> Matrix {
     const Nodes<n()> local = isoparametric::local_coordinates<n()>(X),
                      motion = isoparametric::local_coordinates<n()>(u);
     if constexpr (n() == 8) {
       if (hex == HexFormulation::incompatible)
-        return nodal_stress(sampling, material,
-                            hex8_incompatible_gradients(local, material, motion));
+        return nodal_stress(sampling, elasticity,
+                            hex8_incompatible_gradients(local, elasticity, motion));
     }
     std::vector<Matrix3> H;
     for (const Points& dN : sampling.dN) {
@@ -130,7 +137,7 @@ Matrix element_nodal_stress(ElementType type, HexFormulation hex, const Points& 
           isoparametric::gradient<n()>(dN, isoparametric::jacobian<n()>(local, dN));
       H.emplace_back(motion.transpose().lazyProduct(g));
     }
-    return nodal_stress(sampling, material, H);
+    return nodal_stress(sampling, elasticity, H);
   });
 }
 

@@ -87,6 +87,7 @@ class AbaqusMesh {
       section.place.fail("there is no *ORIENTATION '" + section.orientation + "'");
     material.axis = found->second.axis;
     material.in_plane = found->second.in_plane;
+    material.center = found->second.center;
     if (!found->second.problem.empty()) material.problem = found->second.problem;
   }
 

@@ -268,15 +268,16 @@ class InpReader {
     orientation_ = &file_.orientations[in_capitals(keyword.value("NAME"))];
     *orientation_ = {};
     n_lines_ = 0;
-    for (const auto& [parameter, read] : {std::pair{"SYSTEM", "R"}, {"DEFINITION", "C"}})
+    for (const auto& [parameter, read] : {std::pair{"SYSTEM", "RC"}, {"DEFINITION", "C"}})
       if (const std::string word = in_capitals(keyword.value(parameter));
-          !word.empty() && !word.starts_with(read))
+          !word.empty() && std::string(read).find(word[0]) == std::string::npos)
         leave_orientation("of " + std::string(parameter) + "=" + word);
+    if (in_capitals(keyword.value("SYSTEM")).starts_with('C')) orientation_->center.emplace();
   }
 
   void leave_orientation(const std::string& what) {
-    orientation_->problem =
-        "has an *ORIENTATION " + what + " (read are rectangular systems by points a and b)";
+    orientation_->problem = "has an *ORIENTATION " + what +
+                            " (read are rectangular and cylindrical systems by points a and b)";
   }
 
   // a, b and, of Abaqus, their origin; then a rotation about one of the axes.
@@ -294,6 +295,10 @@ class InpReader {
     const Vector3 origin(x[6], x[7], x[8]);
     orientation_->axis = Vector3(x[0], x[1], x[2]) - origin;
     orientation_->in_plane = Vector3(x[3], x[4], x[5]) - origin;
+    if (!orientation_->center) return;
+    // a and b are points of the cylinder's axis
+    orientation_->center = orientation_->axis;
+    orientation_->axis = orientation_->in_plane - orientation_->axis;
   }
 
   void take_engineering_constants(const Fields& fields) {

@@ -46,6 +46,8 @@ Corners corners_of(const Mesh& mesh, const Block& block, Index e) {
 
 // Nothing when the element is not a box along the axes, for all that K tells.
 std::optional<BoxStiffness> box_stiffness(const BlockProperties& properties, const Corners& shape) {
+  const auto& orthotropy = properties.material.orthotropy;
+  if (orthotropy && orthotropy->center) return {};  // K depends on the place
   Points X(8, 3);
   for (int b = 0; b < 8; ++b) X.row(corner_of_bits[b]) = shape.row(b);
   const Matrix K = element_stiffness(ElementType::hex8, properties.hex, X, properties.material);

@@ -17,7 +17,7 @@ bool is_same(const Material& a, const Material& b) {
   if (!a.orthotropy) return true;
   const Orthotropy &s = *a.orthotropy, &t = *b.orthotropy;
   return s.youngs_moduli == t.youngs_moduli && s.poissons_ratios == t.poissons_ratios &&
-         s.shear_moduli == t.shear_moduli && s.axes == t.axes;
+         s.shear_moduli == t.shear_moduli && s.axes == t.axes && s.center == t.center;
 }
 
 }  // namespace

@@ -236,8 +236,10 @@ TEST(Deck, engineeringConstantsThatAreOfNoUseAreNamed) {
                 "9, 9, 9, 0.3, 0.3, 0.3, 3, 3,\n3\n*ORIENTATION, NAME=O\n1,0,0,0,1,0\n",
             "depends on the temperature"},
            {elastic + good + "*ORIENTATION, NAME=O\n1, 0, 0, 2, 0, 0\n", "on one line"},
-           {elastic + good + "*ORIENTATION, NAME=O, SYSTEM=CYLINDRICAL\n0,0,0,0,0,1\n",
-            "has an *ORIENTATION of SYSTEM=CYLINDRICAL"},
+           {elastic + good + "*ORIENTATION, NAME=O, SYSTEM=SPHERICAL\n0,0,0,0,0,1\n",
+            "has an *ORIENTATION of SYSTEM=SPHERICAL (read are rectangular and cylindrical"},
+           {elastic + good + "*ORIENTATION, NAME=O, SYSTEM=CYLINDRICAL\n0,0,1,0,0,1\n",
+            "on one line"},
            {elastic + good + "*ORIENTATION, NAME=O\n1,0,0,0,1,0\n3, 45\n",
             "with a rotation about one of its axes"},
            {elastic + good + "*ORIENTATION, NAME=O\n1, 0, 0\n", "six numbers"},
@@ -247,6 +249,57 @@ TEST(Deck, engineeringConstantsThatAreOfNoUseAreNamed) {
     const std::string message = message_of([&] { answers(deck); });
     EXPECT_NE(message.find(words), std::string::npos) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+}
+
+// Lekhnitskii, Anisotropic Plates (1968), section 26: a ring in plane stress under the pressure p
+// inside has u = A r^k + B r^-k with k^2 = E_2 / E_1. nu_13 = nu_23 = 0: plane stress in 3D, too.
+TEST(Deck, aRingIsOrthotropicInCylindricalAxes) {
+  const double a = 1, b = 2, E_1 = 1000, E_2 = 4000, nu = 0.3, k = std::sqrt(E_2 / E_1), p = 1;
+  const Vector3 center(0.3, -0.2, 5);
+  const auto bend = [&](const Vector3& x) -> Vector3 {  // of the radius, angle and height
+    return center + Vector3(x[0] * std::cos(x[1]), x[0] * std::sin(x[1]), x[2]);
+  };
+  // sigma_r = E_1 / (1 - nu nu_21) (u' + nu_21 u / r), -p at a and 0 at b
+  const double nu_21 = nu * E_2 / E_1, C = E_1 / (1 - nu * nu_21);
+  const auto stress = [&](double m, double r) { return C * (m + nu_21) * std::pow(r, m - 1); };
+  Eigen::Matrix2d rows;
+  rows << stress(k, a), stress(-k, a), stress(k, b), stress(-k, b);
+  const Eigen::Vector2d AB = rows.inverse() * Eigen::Vector2d(-p, 0);
+  const auto u_r = [&](double r) { return AB[0] * std::pow(r, k) + AB[1] * std::pow(r, -k); };
+  const std::string material =
+      "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n1000, 4000, 3000, 0.3, 0, 0, 800, 900,\n700\n"
+      "*ORIENTATION, NAME=O, SYSTEM=CYLINDRICAL\n0.3, -0.2, 7, 0.3, -0.2, 9\n"
+      "*SOLID SECTION, ELSET=E, MATERIAL=M, ORIENTATION=O\n";
+  const Folder folder;
+  for (const auto& [word, type, worst] :
+       {std::tuple{"C3D20", ElementType::hex20, 2e-3}, {"C3D8I", ElementType::hex8, 4e-3}}) {
+    const Mesh mesh = test::box_mesh(type, {8, 8, 1}, Vector3(1, std::numbers::pi / 2, 0.2),
+                                     [&](const Vector3& x) { return bend(x + Vector3(a, 0, 0)); });
+    Component component;
+    component.mesh = put(folder, "ring.inp", deck_text(mesh, word, material));
+    const Mesh read = read_mesh(component);
+    const auto properties = block_properties(Scene(), component, read);
+    const auto model = assemble(read, properties, MassKind::lumped);
+    const auto out_of = [&](Index i) -> Vector3 {  // from the axis to a node
+      const Vector3 x = read.coordinates.row(model.nodes[i]).transpose() - center;
+      return {x[0], x[1], 0};
+    };
+    Vector exact(model.K.rows());
+    for (Index i = 0; i < static_cast<Index>(model.nodes.size()); ++i)
+      exact.segment<3>(3 * i) = u_r(out_of(i).norm()) * out_of(i).normalized();
+    // Given are the displacements inside and those across planes of symmetry
+    const auto dofs = test::free_dofs(read, model, [&](const Vector3& x, int c) {
+      const Vector3 arm = x - center;
+      return std::abs(arm[c]) < 1e-9 || (c < 2 && arm.head<2>().norm() < a + 1e-9);
+    });
+    Vector u = exact;
+    u(dofs).setZero();
+    const Vector load = -(model.K * u);
+    const Vector found = SparseCholesky(test::submatrix(model.K, dofs)).solve(Matrix(load(dofs)));
+    u(dofs) = found;
+    const double off = (u - exact).cwiseAbs().maxCoeff();
+    EXPECT_LT(off, worst * u_r(a)) << word;
   }
 }
 
