@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <numeric>
 #include <string>
 #include <system_error>
 
@@ -95,6 +96,48 @@ void require_whole_unv(const fs::path& file) {
     lines.fail("ends inside a dataset, without its last line '-1': the file is cut short");
 }
 
+// Local nodes of which each node is in the middle: two ends of an edge, the corners of a face or
+// all.
+std::vector<std::vector<int>> ends_of_nodes(ElementType type) {
+  std::vector<int> all(n_corners(type));
+  std::iota(all.begin(), all.end(), 0);
+  std::vector<std::vector<int>> ends(n_nodes(type), all);
+  for (int s = 1; s <= n_sides(type); ++s) {
+    const std::vector<int>& nodes = side_nodes(type, s);
+    const std::size_t n = n_corners(side_kind(type, s));
+    for (std::size_t i = n; i < nodes.size(); ++i) {
+      const std::size_t edge = i - n;
+      if (i < 2 * n) ends[nodes[i]] = {nodes[edge], nodes[(edge + 1) % n]};
+      if (i == 2 * n) ends[nodes[i]] = {nodes.begin(), nodes.begin() + n};
+    }
+  }
+  return ends;
+}
+
+// gmsh takes VTK's order of solids of second order for another one, and VTK's wedges are mirrored
+// (VTK, vtkCellType.h). The places of nodes decide.
+void order_by_places(Mesh& mesh) {
+  for (Block& block : mesh.blocks) {
+    if (dimension(block.type) != 3) continue;
+    const auto ends = ends_of_nodes(block.type);
+    const int n = n_nodes(block.type), corners = n_corners(block.type);
+    for (Index e = 0; e < block.connectivity.rows(); ++e) {
+      auto row = block.connectivity.row(e);
+      const auto x = [&](int a) -> Vector3 { return mesh.coordinates.row(row[a]); };
+      if (corners == 6 && (x(1) - x(0)).cross(x(2) - x(0)).dot(x(3) - x(0)) < 0)
+        for (const int a : {1, 4}) std::swap(row[a], row[a + 1]);
+      for (int a = corners; a < n; ++a) {
+        Vector3 middle = Vector3::Zero();
+        for (const int end : ends[a]) middle += x(end) / static_cast<double>(ends[a].size());
+        int nearest = a;
+        for (int b = a; b < n; ++b)
+          if ((x(b) - middle).norm() < (x(nearest) - middle).norm()) nearest = b;
+        std::swap(row[a], row[nearest]);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 Mesh read_with_gmsh(const fs::path& file) {
@@ -116,6 +159,7 @@ Mesh read_with_gmsh(const fs::path& file) {
     throw InputError(file.string() + cure);
   try {
     Mesh mesh = read_gmsh(out);
+    if (in.extension() != ".unv" && in.extension() != ".UNV") order_by_places(mesh);
     if (mesh.blocks.empty())
       throw InputError(file.string() + ": has no elements that gmsh reads: is it damaged?");
     return mesh;

@@ -303,6 +303,41 @@ TEST(Deck, aRingIsOrthotropicInCylindricalAxes) {
   }
 }
 
+// The orders of vtkCellType.h, in which programs write; wedges look outwards by their first three
+// nodes.
+TEST(Deck, solidsOfVtkAreInItsOrder) {
+  using test::element_points;
+  const Folder folder;
+  struct Case {
+    ElementType type;
+    int number;
+    std::vector<int> order;  // of Exodus at each place of VTK
+  };
+  for (const auto& [type, number, order] : std::vector<Case>{
+           {ElementType::tet10, 24, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}},
+           {ElementType::wedge6, 13, {0, 2, 1, 3, 5, 4}},
+           {ElementType::wedge6, 13, {0, 1, 2, 3, 4, 5}},
+           {ElementType::wedge15, 26, {0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 13, 14, 9, 10, 11}},
+           {ElementType::wedge15, 26, {0, 2, 1, 3, 5, 4, 8, 7, 6, 14, 13, 12, 9, 11, 10}},
+           {ElementType::hex20, 25, {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,
+                                     10, 11, 16, 17, 18, 19, 12, 13, 14, 15}},
+           {ElementType::hex27, 29, {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 16, 17,
+                                     18, 19, 12, 13, 14, 15, 23, 24, 25, 26, 21, 22, 20}}}) {
+    const Points X = element_points(type, test::skew_corners(type));
+    std::ostringstream text;
+    text << std::setprecision(17) << "# vtk DataFile Version 2.0\nx\nASCII\nDATASET "
+         << "UNSTRUCTURED_GRID\nPOINTS " << X.rows() << " double\n";
+    for (const int a : order) text << X.row(a) << "\n";
+    text << "CELLS 1 " << X.rows() + 1 << "\n" << X.rows();
+    for (Index a = 0; a < X.rows(); ++a) text << " " << a;
+    text << "\nCELL_TYPES 1\n" << number << "\n";
+    const Mesh mesh = read_mesh(put(folder, "a.vtk", text.str()));
+    ASSERT_EQ(mesh.blocks.at(0).type, type);
+    const Points found = mesh.coordinates(mesh.blocks[0].connectivity.row(0), Eigen::all);
+    EXPECT_LT((found - X).norm(), 1e-12) << number << "\n" << found - X;
+  }
+}
+
 TEST(Deck, hostileIncludesAreOneLine) {
   const Folder folder;
   std::filesystem::create_directory(folder / "folder");
