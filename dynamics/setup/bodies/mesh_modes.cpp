@@ -90,7 +90,7 @@ MeshModes mesh_modes(const MeshedComponent& component, const std::vector<HeldDir
     const double sigma = -shift * K.diagonal().sum() / M.diagonal().sum();
     auto factor = std::make_shared<SparseCholesky>(SparseMatrix(K - sigma * M));
     if (!factor->ok())
-      throw RunError(where + ": the stiffness of the mesh is not positive semidefinite");
+      throw RunError(where + ": " + no_factor);
     const Eigenpairs pairs = lowest_pairs(K, M, *factor, sigma, wanted, where);
     form->omega.resize(pairs.lambda.size());
     for (Index j = 0; j < form->omega.size(); ++j)

@@ -40,7 +40,11 @@ struct MeshModes {
   double sigma_ = 0;
 };
 
-// RunError, with `where`: no convergence, or a stiffness that is not positive semidefinite.
+inline constexpr const char* no_factor =
+    "the mesh has motions without stiffness and mass, as elements of reduced integration in a row "
+    "have (C3D20R): mesh two across, or give element: hex8, which integrates them in full";
+
+// RunError, with `where`: no convergence, or motions without stiffness and mass.
 MeshModes mesh_modes(const MeshedComponent& component, const std::vector<HeldDirection>& held,
                      const MeshModesWanted& wanted, const std::string& where);
 

@@ -476,7 +476,9 @@ MeshedComponent read_meshed(SceneIndex& index, const Component& component,
   const auto phase = report.phase("setup");
   meshed.properties = block_properties(scene, component, *meshed.mesh);
   // Modes need no inverse of M, and are those of CalculiX
-  for (BlockProperties& of : meshed.properties) of.reduced_mass = options.mesh_modes.has_value();
+  // That of reduced integration is singular: a joined mesh, which may get all modes, has the other
+  for (BlockProperties& of : meshed.properties)
+    of.reduced_mass = options.mesh_modes && !options.mesh_modes->is_joined;
   warn_of_blocks(component, block_provenance(*meshed.mesh, meshed.properties), report);
   warn_of_mesh(component, *meshed.mesh, meshed.properties, report);
   const auto assembled = [&](MassKind mass) {

@@ -142,8 +142,7 @@ class Assembled {
       if (part.mesh == nullptr) continue;
       part.factor =
           std::make_shared<SparseCholesky>(SparseMatrix(part.mesh->K - sigma_ * part.mesh->M));
-      if (!part.factor->ok())
-        throw RunError("the stiffness of a mesh is not positive semidefinite");
+      if (!part.factor->ok()) throw RunError(no_factor);
     }
     // W = A D^-1 A^T + S   (m x m)
     const SparseMatrix At = A_.transpose();
