@@ -140,6 +140,22 @@ void ComponentReducer::reduce_component(const Scene& scene, const Component& com
   make(scene, component, hash, inputs);
 }
 
+namespace {
+
+// Without a scene: what a deck has and the file has not.
+void warn_of_points(const Component& component, Report& report) {
+  std::vector<std::string> names;
+  for (const auto& [name, point] : component.points)
+    names.push_back(name + (point.rigid ? " (rigid)" : "") + (point.has_mass() ? " (mass)" : ""));
+  if (!names.empty())
+    report.warning("component '" + component.name +
+                   "': points of the deck that the file does not hold: " + join(names) +
+                   ": cbr-dyn adds them to it in a scene with this deck, and other "
+                   "users of the file have neither their masses nor their rigid sets");
+}
+
+}  // namespace
+
 void ComponentReducer::make(const Scene& scene, const Component& component, const std::string& hash,
                             const UnchangedFiles& inputs) {
   Mesh mesh;
@@ -156,6 +172,7 @@ void ComponentReducer::make(const Scene& scene, const Component& component, cons
   inputs.check();
   refuse_loads_inside(mesh, *component.reduction, loads_, takes_loads_in(*component.reduction));
   check_kept_sets(scene, component, mesh);
+  if (scene.file.empty()) warn_of_points(component, report_);
   check_recovery_sets(mesh, *component.reduction);
   refuse_with_shells(mesh, component, command_.is_distributed());
   settings_.points = rigid_points(mesh, component);

@@ -9,6 +9,7 @@
 
 #include "common/app/program.hpp"
 #include "common/base/error.hpp"
+#include "common/scene/points_of_file.hpp"
 #include "common/scene/reduction_keys.hpp"
 #include "common/scene/scene_words.hpp"
 #include "reducer/command.hpp"
@@ -275,6 +276,7 @@ Scene scene_of_mesh(const ReduceCommand& command) {
   }
   if (!command.element.empty()) component.element = one_of("--element", command.element, hex_words);
   component.mass = one_of("--mass", command.mass, mass_words);
+  add_points_of_deck(component);
   ReductionOptions reduction = reduction_of(command);
   reduction.superelement =
       absolute(command.output.empty() ? component.name + ".cbr.h5" : command.output);
@@ -283,6 +285,7 @@ Scene scene_of_mesh(const ReduceCommand& command) {
   instance.name = instance.component = component.name;
   scene.components[component.name] = component;
   scene.instances.push_back(instance);
+  drop_idle_points(scene);
   return scene;
 }
 

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -63,12 +64,25 @@ struct Nodeset {
   std::vector<Index> nodes;  // ascending, unique
 };
 
+// A reference point that moves as the nodes of a set do in the mean; `rigid`: and makes them move
+// as a rigid body.
+struct MeshPoint {
+  std::string nodes;          // the set
+  std::optional<Vector3> at;  // not given: the set's centre
+  bool rigid = false;
+  double mass = 0;
+  Matrix3 inertia = Matrix3::Zero();  // about the point
+  std::string file = {};              // that has it, and the line; empty: the scene has it
+  Index line = 0;
+};
+
 struct Mesh {
   Points coordinates;             // n x 3, the user's unit of length
   std::vector<Index> node_ids;    // n, unique
   std::vector<Block> blocks;      // volume blocks first or not: ask the type's dimension
   std::vector<Sideset> sidesets;  // a face may be in several
   std::vector<Nodeset> nodesets;
+  std::map<std::string, MeshPoint> points = {};  // of a deck: RBE2, *COUPLING, ...
   // Keywords of the file that are not read: "*BOUNDARY (line 27), *PLASTIC (line 18)"; empty:
   // nothing.
   std::string dropped = {};
@@ -84,6 +98,10 @@ Mesh read_mesh(const std::filesystem::path& file);
 // them. InputError: an include that cannot be read. One that is no mesh, or not there, is given
 // back.
 std::vector<std::filesystem::path> mesh_files(const std::filesystem::path& file);
+
+// Whether a line of the deck, or of one that it includes, begins with one of these words, in
+// capitals without blanks.
+bool deck_holds(const std::filesystem::path& deck, const std::vector<std::string>& words);
 
 // Whether the suffix is one that read_mesh knows; one that write_mesh knows; whether the file is of
 // a format that has materials.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/scene/points_of_file.hpp"
 
+#include <algorithm>
+#include <set>
+
 #include "common/base/error.hpp"
 #include "common/superelement/superelement_group.hpp"
 
@@ -29,6 +32,37 @@ void add_points_of_file(Component& component) {
     point.source = component.source;
     component.reduction->interface_points.push_back(name);
   }
+}
+
+void add_points_of_deck(Component& component) {
+  const std::vector<std::string> words = {"RBE2",       "RBE3",  "CONM2",         "*COUPLING",
+                                          "*RIGIDBODY", "*MASS", "*ROTARYINERTIA"};
+  std::error_code error;
+  if (!may_hold_materials(component.mesh) || !std::filesystem::exists(component.mesh, error) ||
+      !deck_holds(component.mesh, words))
+    return;
+  for (const auto& [name, point] : read_mesh(component.mesh).points)
+    component.points[name] = {point, {point.file, static_cast<int>(point.line)}};
+}
+
+void drop_idle_points(Scene& scene) {
+  std::set<std::pair<std::string, std::string>> named;  // component, point
+  const auto add = [&](const std::string& instance, const std::string& point) {
+    for (const Instance& of : scene.instances)
+      if (of.name == instance) named.emplace(of.component, point);
+  };
+  for (const LinkOptions& link : scene.links) {
+    add(link.first.instance, link.first.surface);
+    add(link.second.instance, link.second.surface);
+  }
+  for (const SurfaceName& of : scene.output.history) add(of.instance, of.surface);
+  for (const Load& load : scene.loads) add(load.instance, load.surface);
+  for (auto& item : scene.components)
+    std::erase_if(item.second.points, [&](const auto& point) {
+      const Component::Point& of = point.second;
+      return !of.file.empty() && !of.rigid && !of.has_mass() &&
+             !named.contains({item.first, point.first});
+    });
 }
 
 }  // namespace cbr

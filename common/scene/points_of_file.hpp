@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The points of a superelement that is used as it is.
+// Points of components that files have, not the scene.
 #pragma once
 
 #include "common/scene/scene.hpp"
@@ -10,5 +10,11 @@ namespace cbr {
 // alone. None of a file that is not there or is damaged: reading it as a whole gives the error.
 // Precondition: the component has no mesh.
 void add_points_of_file(Component& component);
+
+// Those of the component's deck: RBE2, RBE3, *COUPLING, *RIGID BODY, with their masses. None of a
+// file that is not there. InputError: the deck is wrong.
+void add_points_of_deck(Component& component);
+// Leaves out those of decks that neither have a mass, nor are rigid, nor are named by the scene.
+void drop_idle_points(Scene& scene);
 
 }  // namespace cbr

@@ -144,14 +144,8 @@ struct Component {
   // False: key `superelement`, a file that is used as it is. There is no mesh, material or element
   // then, and of `reduction` only the file's name; cbr-dyn takes the rest from the file.
   bool has_mesh = true;
-  // Reference points that move as the nodes of a sideset or nodeset do in the mean; `rigid`: and
-  // make them move as a rigid body.
-  struct Point {
-    std::string nodes;          // the set
-    std::optional<Vector3> at;  // component axes; not given: the set's centre
-    bool rigid = false;         // key `coupling`
-    double mass = 0;
-    Matrix3 inertia = Matrix3::Zero();  // about the point, component axes
+  // In component axes. Those of the deck are among them.
+  struct Point : MeshPoint {
     bool has_mass() const { return mass > 0 || !inertia.isZero(0); }
     SourceLine source;
   };

@@ -30,7 +30,10 @@ std::vector<SetUse> set_uses(const Scene& scene, const Component& component, Ins
   if (!instances.empty())
     for (const auto& [name, point] : component.points)
       if (as != InstanceKind::superelement || !is_interface_point(component, name))
-        uses.push_back({"points", *instances.begin(), point.nodes, point.source, false});
+        uses.push_back(
+            {"points", *instances.begin(),
+             as == InstanceKind::superelement ? moved_set(component, point.nodes) : point.nodes,
+             point.source, false});
   for (const StressOptions& stress : scene.output.stress)
     if (!stress.set.empty())
       add("output.stress", {stress.instance, stress.set, stress.source}, false, true, true);
@@ -41,6 +44,12 @@ bool is_interface_point(const Component& component, const std::string& name) {
   if (!component.reduction) return false;
   const auto& points = component.reduction->interface_points;
   return std::find(points.begin(), points.end(), name) != points.end();
+}
+
+std::string moved_set(const Component& component, const std::string& set) {
+  for (const auto& [name, point] : component.points)
+    if (point.nodes == set && is_interface_point(component, name)) return name;
+  return set;
 }
 
 std::string place_of(const SetUse& use) {

@@ -24,6 +24,9 @@ std::vector<SetUse> set_uses(const Scene& scene, const Component& component, Ins
 // Whether a point of the component is a node of its superelement.
 bool is_interface_point(const Component& component, const std::string& name);
 
+// The point of reduction.points that moves the nodes of `set`; else the set.
+std::string moved_set(const Component& component, const std::string& set);
+
 // "history.yaml:9: output.history: 'left.mid': ": how a message about it begins.
 std::string place_of(const SetUse& use);
 

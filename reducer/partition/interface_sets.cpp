@@ -187,9 +187,11 @@ bool is_recovered(const SetUse& use, const ReductionOptions& reduction) {
 
 // ", or name the point 'left' that moves it"
 std::string point_instead(const SetUse& use, const Component& component) {
-  for (const auto& [name, point] : component.points)
-    if (point.nodes == use.set && is_interface_point(component, name))
-      return ", or name the point '" + name + "' that moves it";
+  for (const auto& [name, point] : component.points) {
+    if (point.nodes != use.set || !point.rigid) continue;
+    return is_interface_point(component, name) ? ", or name the point '" + name + "' that moves it"
+                                               : ", or '" + name + "' to reduction.points";
+  }
   return "";
 }
 

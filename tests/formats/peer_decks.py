@@ -22,8 +22,8 @@ KINDS = {".inp", ".bdf", ".nas", ".dat"}
 # Kinds of answers by their errors; the first that is found counts.
 REASONS = {
     "fluids and fluid networks": r"element type '(D'|F3D)",
-    "constraints: `*EQUATION`, `*TIE`, `*COUPLING`, `*MPC`, `*RIGID BODY`": r"\*(EQUATION|TIE|COUPLING|MPC|RIGID ?BODY)|'DCOUP3D'",
-    "beams and trusses, springs, gaps and masses": r"beam or truss|'(SPRING|DASHPOT|GAPUNI|MASS)",
+    "beams and trusses, springs, gaps and masses": r"a mass on node|beam or truss|'(SPRING|DASHPOT|GAPUNI)",
+    "constraints: `*EQUATION`, `*TIE`, `*COUPLING`, `*MPC`, `*RIGID BODY`": r"\*(EQUATION|TIE|COUPLING|DISTRIBUTING|MPC|RIGID ?BODY)|'DCOUP3D'",
     "shells or plane elements without solids, axisymmetric elements": r"no volume elements|element type 'CAX|only sides of volume",
     "user elements": r"element type 'US?\d",
     "elements that are inverted": r"is inverted",

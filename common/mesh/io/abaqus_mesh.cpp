@@ -46,6 +46,7 @@ class AbaqusMesh {
     for (const std::string& name : file_.elset_order) add_lines(file_.elsets.at(name), ids);
     for (const InpSurface& surface : file_.surfaces)
       surface.of_nodes ? add_node_surface(surface, ids) : add_surface(surface, ids);
+    add_points(ids);
     mesh_.dropped = file_.dropped;
     return std::move(mesh_);
   }
@@ -69,7 +70,9 @@ class AbaqusMesh {
         section.place.fail("element " + std::to_string(id) + " of set '" + set.name +
                            "' does not exist");
       if (section_of_.try_emplace(id, &section).first->second != &section)
-        section.place.fail("element " + std::to_string(id) + " has two sections");
+        section.place.fail("element " + std::to_string(id) +
+                           " has two sections: take it out of one of their sets (CalculiX takes "
+                           "the last)");
       file_.mesh.elements[found->second].block = set.name;
     }
     const auto known = file_.materials.find(section.material);
@@ -145,10 +148,11 @@ class AbaqusMesh {
     for (const Index id : set.ids) nodes.push_back(node(id, set.name, set.place, ids));
     for (const std::string& name : set.elsets) {
       for (const Index id : elset(name, set.place).ids) {
-        const Side element = ids.element(id);
-        if (element.element < 0) continue;
-        const auto row = mesh_.blocks[element.block].connectivity.row(element.element);
-        nodes.insert(nodes.end(), row.begin(), row.end());
+        const auto found = place_.find(id);  // also of faces of solids, which are no elements here
+        if (found == place_.end()) continue;
+        const FileElement& element = file_.mesh.elements[found->second];
+        for (int a = 0; a < n_nodes(element.type); ++a)
+          nodes.push_back(node(file_.mesh.element_nodes[element.first + a], name, set.place, ids));
       }
     }
     if (!set.internal) add_nodeset(mesh_, set.name, nodes);
@@ -193,17 +197,84 @@ class AbaqusMesh {
     mesh_.sidesets.push_back(std::move(set));
   }
 
+  // Of *COUPLING and *RIGID BODY.
+  void add_points(const MeshIds& ids) {
+    if (file_.constraints.empty() && file_.masses.empty()) return;
+    const std::unordered_set<Index> used = used_nodes(file_.mesh);
+    FilePoints points;
+    for (const InpConstraint& of : file_.constraints) {
+      const Index node = reference_of(of);
+      const bool is_own = node > 0;
+      if (is_own ? ids.node(node) < 0 : !file_.assembly_nodes.contains(-node))
+        of.place.fail("there is no reference node " + std::to_string(std::abs(node)));
+      if (is_own && used.contains(node))
+        of.place.fail("the reference node " + std::to_string(node) +
+                      " is a node of an element: give it a node of its own");
+      points.add(node, {set_of(of),
+                        is_own ? Vector3(mesh_.coordinates.row(ids.node(node)))
+                               : file_.assembly_nodes.at(-node),
+                        of.rigid, of.place});
+    }
+    for (const InpMass& of : file_.masses)
+      for (const Index id : elset(of.elset, of.place).ids)
+        if (const auto found = file_.point_elements.find(id); found != file_.point_elements.end())
+          points.masses.push_back(
+              {"", found->second, of.mass, of.inertia, Vector3::Zero(), of.place});
+    cbr::add_points(points, mesh_);
+  }
+
+  // Below 0: of the assembly.
+  Index reference_of(const InpConstraint& of) const {
+    for (const auto* sets : {&file_.assembly_sets, &file_.nsets}) {
+      const auto found = sets->find(of.node);
+      if (found == sets->end()) continue;
+      if (found->second.ids.size() != 1)
+        of.place.fail("the set '" + of.node + "' of the reference node holds " +
+                      std::to_string(found->second.ids.size()) + " nodes, expected 1");
+      return sets == &file_.nsets ? found->second.ids.front() : -found->second.ids.front();
+    }
+    if (of.node.size() > 15 || of.node.find_first_not_of("0123456789") != std::string::npos)
+      of.place.fail("there is no node set '" + of.node + "', expected a node's number or a set");
+    const Index id = std::stoll(of.node);
+    return of.of_assembly && file_.assembly_nodes.contains(id) ? -id : id;
+  }
+
+  std::string set_of(const InpConstraint& of) const {
+    if (!of.is_complete) of.place.fail("*COUPLING without *KINEMATIC or *DISTRIBUTING after it");
+    const std::size_t least = of.rigid ? 3 : 6;  // nodes of solids have no other motions
+    const auto n = std::count(of.motions.begin(), of.motions.begin() + least, true);
+    if (n != 0 && n != static_cast<std::ptrdiff_t>(least))
+      of.place.fail("*COUPLING joins some of the motions 1 to " + std::to_string(least) +
+                    ", expected all: other joints are links of the scene (links)");
+    for (const InpSurface& surface : file_.surfaces)
+      if (in_capitals(surface.name) == of.set) return surface.name;
+    const auto found = file_.nsets.find(of.set);
+    if (found == file_.nsets.end()) of.place.fail("there is no set '" + of.set + "'");
+    return found->second.name;
+  }
+
   void add_side(Side element, const InpSurface::Entry& entry, Sideset& set) const {
     const ElementType type = mesh_.blocks[element.block].type;
     const bool is_face = entry.label.size() == 2 && entry.label[0] == 'S';
     if (is_face) element.side = exodus_side(type, entry.label[1] - '0');
     if (dimension(type) == 2)
-      element.side = entry.label == "SPOS" ? 1 : entry.label == "SNEG" ? 2 : 0;
+      element.side = shell_side(element, is_face ? entry.label[1] - '0' : 0, entry.label);
     if (element.side == 0)
       entry.place.fail(
           "face '" + entry.label +
           "' found, expected S1, S2, ... of a solid element, or SPOS, SNEG of a shell");
     set.sides.push_back(element);
+  }
+
+  // Of a plane element S1, S2, ... are edges; of a shell S1 and SNEG, S2 and SPOS are faces, and
+  // edges follow, as in CalculiX. 0: none.
+  int shell_side(const Side& element, int label, const std::string& word) const {
+    const Block& block = mesh_.blocks[element.block];
+    const bool is_plane = file_.plane_elements.contains(block.element_ids[element.element]);
+    if (word == "SPOS" || (label == 2 && !is_plane)) return 1;
+    if (word == "SNEG" || (label == 1 && !is_plane)) return 2;
+    const int side = is_plane ? label + 2 : label;
+    return label > 0 && side <= 2 + n_corners(block.type) ? side : 0;
   }
 
   // Sides that no other solid shares.

@@ -33,9 +33,9 @@ InpKeyword keyword_of(const std::string& line) {
 // Beginnings of words that are not read; without blanks, which do not count.
 constexpr const char
     *of_materials =
-        "*PLASTIC *CYCLICHARDENING *CREEP *HYPER *VISCO *EXPANSION *CONDUCTIVITY *SPECIFICHEAT "
-        "*DEFORMATIONPLASTICITY *MOHR *DRUCKER *CONCRETE *DAMAGE *DEPVAR *USERMATERIAL MATS MATT "
-        "CREEP",
+        "*PLASTIC *CYCLICHARDENING *CREEP *HYPER *VISCO *DEFORMATIONPLASTICITY *MOHR *DRUCKER "
+        "*CONCRETE *DAMAGE *DEPVAR *USERMATERIAL MATS CREEP",
+    *of_heat = "*EXPANSION *CONDUCTIVITY *SPECIFICHEAT *TEMPERATURE MATT TEMP",
     *of_scenes =
         "*BOUNDARY *CLOAD *DLOAD *DSLOAD *BASEMOTION *INITIALCONDITIONS *AMPLITUDE *STEP *CONTACT "
         "*SURFACEINTERACTION *SURFACEBEHAVIOR *FRICTION *CLEARANCE *GAP *PRE-TENSION *DAMPING "
@@ -50,7 +50,11 @@ std::string reason_of(const std::string& word) {
     });
   };
   if (is_of(of_materials))
-    return "materials have linear elasticity, density and damping in this version";
+    return "not in this version; use linear elasticity, and compare output.stress with the yield "
+           "stress";
+  if (is_of(of_heat))
+    return "not in this version; use contact[].interference for a shrink fit, and loads for other "
+           "thermal strain";
   if (is_of(of_scenes)) return "supports, loads, contact, damping and steps are the scene's";
   return "not in this version";
 }
@@ -62,6 +66,10 @@ std::string in_capitals(std::string_view text) {
   std::transform(out.begin(), out.end(), out.begin(),
                  [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
   return out;
+}
+
+bool is_among(const std::string& list, const std::string& word) {
+  return (" " + list + " ").find(" " + word + " ") != std::string::npos;
 }
 
 std::string without_blanks(std::string text) {

@@ -14,6 +14,8 @@
 namespace cbr {
 
 std::string in_capitals(std::string_view text);
+// Whether the word is among those of a list with blanks between.
+bool is_among(const std::string& list, const std::string& word);
 
 // Words of a deck, in capitals without blanks, and the cure of errors about them.
 struct Instead {

@@ -152,6 +152,53 @@ Side MeshIds::element(Index id) const {
   return found == elements_.end() ? Side{-1, -1, 0} : found->second;
 }
 
+void FilePoints::add(Index node, Point point) {
+  const auto [other, is_new] = points.emplace(node, point);
+  if (!is_new)
+    point.place.fail("node " + std::to_string(std::abs(node)) + " is the reference of line " +
+                     std::to_string(other->second.place.line) +
+                     " too: write one constraint with all of its nodes");
+}
+
+void add_points(const FilePoints& all, Mesh& mesh) {
+  constexpr double singular = 1e-12;
+  const auto make = [](const FilePoints::Point& of, const Vector3& at, bool rigid) {
+    return MeshPoint{of.nodes, at, rigid, 0, Matrix3::Zero(), *of.place.file, of.place.line};
+  };
+  const auto name_of = [](Index node) { return "node_" + std::to_string(std::abs(node)); };
+  for (const auto& [node, of] : all.points)
+    if (!mesh.points.emplace(name_of(node), make(of, of.at, of.rigid)).second)
+      of.place.fail("the part and the assembly have a reference node " + std::to_string(node) +
+                    ": renumber one of the two");
+  for (const FilePoints::Mass& mass : all.masses) {
+    const auto found = all.points.find(mass.node);
+    if (found == all.points.end())
+      mass.place.fail(
+          "a mass on node " + std::to_string(std::abs(mass.node)) +
+          " found, expected on the reference node of a rigid or distributing constraint (RBE2, "
+          "RBE3, *COUPLING, *RIGID BODY): join it to a face by one, as the nodes of solids have no "
+          "mass of their own in this version");
+    const Matrix3& J = mass.inertia;
+    const double size = J.diagonal().maxCoeff(), second = J.topLeftCorner<2, 2>().determinant();
+    const bool is_definite = J(0, 0) > singular * size && second > singular * size * size &&
+                             J.determinant() > singular * size * size * size;
+    if (mass.mass < 0 || J.diagonal().minCoeff() < 0 || (!J.isDiagonal(0) && !is_definite))
+      mass.place.fail("is no mass: expected one from 0 and a positive definite inertia");
+    // A point beside the node has the mean motion of the same set, which is that of a rigid one
+    const FilePoints::Point& of = found->second;
+    MeshPoint& point =
+        mass.offset.isZero(0)
+            ? mesh.points.at(name_of(mass.node))
+            : mesh.points.emplace(mass.name, make(of, of.at + mass.offset, false)).first->second;
+    point.mass += mass.mass;
+    point.inertia += mass.inertia;
+  }
+}
+
+std::unordered_set<Index> used_nodes(const FileMesh& file) {
+  return {file.element_nodes.begin(), file.element_nodes.end()};
+}
+
 void add_nodeset(Mesh& mesh, const std::string& name, std::vector<Index> nodes, Index id) {
   Index n = find_nodeset(mesh, name);
   if (n < 0) {

@@ -6,8 +6,10 @@
 #include <map>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
+#include "common/mesh/io/deck_lines.hpp"
 #include "common/mesh/mesh.hpp"
 
 namespace cbr {
@@ -52,6 +54,36 @@ class MeshIds {
   std::unordered_map<Index, Index> nodes_;
   std::unordered_map<Index, Side> elements_;
 };
+
+// Reference points of a deck by the ids of their nodes, and masses on these. Nodes of an assembly,
+// which has ids of its own, have negative ones.
+struct FilePoints {
+  struct Point {
+    std::string nodes;  // its set
+    Vector3 at;
+    bool rigid = false;
+    DeckPlace place;
+  };
+  struct Mass {
+    std::string name;  // of its point where it is beside that of its node: "mass_7"
+    Index node = 0;
+    double mass = 0;
+    Matrix3 inertia;  // about its centre
+    Vector3 offset;   // of its centre from the node
+    DeckPlace place;
+  };
+  std::map<Index, Point> points;
+  std::vector<Mass> masses;
+
+  // InputError: another constraint has this node.
+  void add(Index node, Point point);
+};
+// Fills Mesh::points: node_ID with the masses at it, and mass_ID with one beside it. InputError: a
+// mass on another node, or below 0.
+void add_points(const FilePoints& all, Mesh& mesh);
+
+// Ids of the nodes of elements.
+std::unordered_set<Index> used_nodes(const FileMesh& file);
 
 // Adds a nodeset, or nodes to the one of this name. `nodes` are indices. Without id it is counted.
 void add_nodeset(Mesh& mesh, const std::string& name, std::vector<Index> nodes, Index id = 0);

@@ -18,6 +18,7 @@ struct InpType {
   std::optional<ElementType> type;  // none: of one dimension
   int n_nodes = 0;
   bool reduced = false;  // Block::reduced
+  bool is_plane = false;
 };
 
 // The number after a prefix is that of the nodes; of letters after it (R, I, H, M, T) only R
@@ -39,8 +40,8 @@ std::optional<InpType> inp_type(const std::string& word) {
       {"R3D", faces},
       {"S", faces}};
   static const std::map<std::string, int> lines = {
-      {"T3D2", 2}, {"T3D3", 3}, {"T2D2", 2}, {"T2D3", 3}, {"B31", 2}, {"B31R", 2},
-      {"B32", 3},  {"B32R", 3}, {"B33", 2},  {"B21", 2},  {"B22", 3}};
+      {"T3D2", 2}, {"T3D3", 3}, {"T2D2", 2}, {"T2D3", 3}, {"B31", 2},  {"B31R", 2},   {"B32", 3},
+      {"B32R", 3}, {"B33", 2},  {"B21", 2},  {"B22", 3},  {"MASS", 1}, {"ROTARYI", 1}};
   if (const auto line = lines.find(word); line != lines.end())
     return InpType{std::nullopt, line->second};
   for (const Family& family : families) {
@@ -53,7 +54,7 @@ std::optional<InpType> inp_type(const std::string& word) {
     if (prefix == "STRI" && digits == "65") digits = "6";
     for (const ElementType type : family.types)
       if (digits == std::to_string(n_nodes(type)))
-        return InpType{type, n_nodes(type), reduced && dimension(type) == 3};
+        return InpType{type, n_nodes(type), reduced && dimension(type) == 3, prefix[1] == 'P'};
   }
   return std::nullopt;
 }
@@ -103,9 +104,9 @@ class InpReader {
     if (name == "PART" || name == "ASSEMBLY" || name == "INSTANCE") open_.push_back(name);
     if (!open_.empty() && name == "END" + open_.back()) open_.pop_back();
     waits_for_data_.clear();
-    for (const char* wants :
-         {"NODE", "ELEMENT", "NSET", "ELSET", "SURFACE", "ELASTIC", "DENSITY", "ORIENTATION"})
-      if (name == wants) waits_for_data_ = name;
+    if (is_among("NODE ELEMENT NSET ELSET SURFACE ELASTIC DENSITY ORIENTATION MASS ROTARYINERTIA",
+                 name))
+      waits_for_data_ = name;
     if (name == "ASSEMBLY" || name == "ENDASSEMBLY") in_assembly_ = name == "ASSEMBLY";
     if (name == "PART" && ++n_parts_ > 1)
       lines_.fail("a second *PART: a component is one part, give each a file of its own");
@@ -137,25 +138,24 @@ class InpReader {
         take_constants(fields, has_density_, {&material_->density, nullptr});
       };
     if (name == "DAMPING" && material_ != nullptr) begin_damping(keyword);
+    if (name == "COUPLING" || name == "RIGIDBODY") begin_constraint(keyword);
+    if (name == "KINEMATIC" || name == "DISTRIBUTING") begin_motions(keyword);
+    if (name == "MASS" || name == "ROTARYINERTIA") begin_mass(keyword);
     if (!is_read(keyword)) drop(keyword);
   }
 
   static bool is_section(const InpKeyword& keyword) {
-    for (const char* name : {"SOLID SECTION", "SHELL SECTION", "BEAM SECTION", "MEMBRANE SECTION"})
-      if (keyword.is(name)) return true;
-    return false;
+    return is_among("SOLIDSECTION SHELLSECTION BEAMSECTION MEMBRANESECTION", keyword.name);
   }
 
   // Read, or without effect: titles, output requests, and ends.
   bool is_read(const InpKeyword& keyword) const {
-    for (const char* name :
-         {"NODE",       "ELEMENT",       "NSET",         "ELSET",          "SURFACE",
-          "MATERIAL",   "ELASTIC",       "DENSITY",      "PART",           "ASSEMBLY",
-          "INSTANCE",   "HEADING",       "PREPRINT",     "RESTART",        "NODE PRINT",
-          "NODE FILE",  "EL PRINT",      "EL FILE",      "ELEMENT OUTPUT", "NODE OUTPUT",
-          "OUTPUT",     "CONTACT PRINT", "CONTACT FILE", "FILE FORMAT",    "PHYSICAL CONSTANTS",
-          "ORIENTATION"})
-      if (keyword.is(name)) return true;
+    if (is_among("NODE ELEMENT NSET ELSET SURFACE MATERIAL ELASTIC DENSITY PART ASSEMBLY INSTANCE "
+                 "ORIENTATION COUPLING KINEMATIC DISTRIBUTING RIGIDBODY MASS ROTARYINERTIA HEADING "
+                 "PREPRINT RESTART NODEPRINT NODEFILE ELPRINT ELFILE ELEMENTOUTPUT NODEOUTPUT "
+                 "OUTPUT CONTACTPRINT CONTACTFILE FILEFORMAT PHYSICALCONSTANTS",
+                 keyword.name))
+      return true;
     if (keyword.is("DAMPING")) return material_ != nullptr && !keyword.has("COMPOSITE");
     return is_section(keyword) || keyword.name.starts_with("END");
   }
@@ -180,7 +180,7 @@ class InpReader {
     static const std::vector<Instead> all = {
         {instead_of_ties, {"TIE"}},
         {instead_of_equations, {"EQUATION", "MPC"}},
-        {instead_of_points, {"COUPLING", "KINEMATICCOUPLING", "DISTRIBUTINGCOUPLING", "RIGIDBODY"}},
+        {instead_of_points, {"KINEMATICCOUPLING", "DISTRIBUTINGCOUPLING"}},
         {"not in this version: mesh the parts so that they share nodes", {"EMBEDDEDELEMENT"}},
         {"not in this version: mesh the whole part", {"CYCLICSYMMETRYMODEL"}},
         {"not in this version: take it out; superelements of matrices are read by cbr-reduce "
@@ -194,21 +194,81 @@ class InpReader {
     if (!cure.empty()) lines_.fail("*" + in_capitals(keyword.shown) + " found: " + cure);
   }
 
+  void begin_constraint(const InpKeyword& keyword) {
+    const std::string what = "*" + in_capitals(keyword.shown) + " ";
+    const bool is_body = keyword.is("RIGIDBODY");
+    std::string set = is_body ? "" : keyword.value("SURFACE");
+    for (const char* nodes : {"NSET", "TIENSET", "PINNSET"})
+      if (is_body && keyword.has(nodes)) set = keyword.value(nodes);
+    if (is_body && (keyword.has("ELSET") || keyword.has("ANALYTICALSURFACE")))
+      lines_.fail(what +
+                  "of elements or of an analytical surface found: not in this version; use "
+                  "instances.NAME.as: rigid for a whole part, walls for such a surface");
+    for (const char* word : {"INFLUENCERADIUS", "ISOTHERMAL", "EXPLICIT"})
+      if (keyword.has(word)) lines_.fail(what + "has " + word + ", which is not read: take it out");
+    if (set.empty() || keyword.value("REFNODE").empty())
+      lines_.fail(what + "without REF NODE=, and " +
+                  (is_body ? "NSET=, TIE NSET= or PIN NSET=" : "SURFACE="));
+    file_.constraints.push_back({in_capitals(keyword.value("REFNODE")),
+                                 in_capitals(set),
+                                 in_assembly_,
+                                 is_body,
+                                 is_body,
+                                 {},
+                                 lines_.place()});
+  }
+
+  void begin_motions(const InpKeyword& keyword) {
+    if (file_.constraints.empty() || file_.constraints.back().is_complete)
+      lines_.fail("*" + keyword.name + " without the *COUPLING before it");
+    InpConstraint& of = file_.constraints.back();
+    of.is_complete = true;
+    of.rigid = keyword.is("KINEMATIC");
+    for (const auto& [parameter, value] : keyword.values)
+      if (in_capitals(value) != "UNIFORM" && in_capitals(value) != "CONTINUUM")
+        lines_.fail("*" + keyword.name + ", " + parameter + (value.empty() ? "" : "=" + value) +
+                    " found: not in this version; take it out, for equal shares of the area");
+    take_ = [this, &of](const Fields& fields) {
+      const Index first = lines_.whole(fields[0]),
+                  last = fields.size() > 1 && !fields[1].empty() ? lines_.whole(fields[1]) : first;
+      if (first < 1 || last > 6) lines_.fail("expected the first and the last motion, from 1 to 6");
+      for (Index m = first; m <= last; ++m) of.motions[static_cast<std::size_t>(m) - 1] = true;
+    };
+  }
+
+  // A mass, or I11, I22, I33, I12, I13, I23, the entries of the tensor.
+  void begin_mass(const InpKeyword& keyword) {
+    for (const char* word : {"ORIENTATION", "TYPE"})
+      if (keyword.has(word))
+        lines_.fail("*" + in_capitals(keyword.shown) + " has " + word +
+                    ", expected the axes of the mesh: take it out");
+    take_ = [this, is_mass = keyword.is("MASS"),
+             elset = in_capitals(keyword.value("ELSET"))](const Fields& fields) {
+      std::array<double, 6> x{};
+      for (std::size_t i = 0; i < std::min(fields.size(), x.size()); ++i)
+        if (!fields[i].empty()) x[i] = lines_.number(fields[i]);
+      InpMass of{elset, is_mass ? x[0] : 0, Matrix3::Zero(), lines_.place()};
+      if (!is_mass) of.inertia << x[0], x[3], x[4], x[3], x[1], x[5], x[4], x[5], x[2];
+      file_.masses.push_back(of);
+    };
+  }
+
   void begin_nodes(const InpKeyword& keyword) {
-    if (in_assembly_) return;  // reference points
     if (const std::string system = in_capitals(keyword.value("SYSTEM"));
         !system.empty() && system != "R")
       lines_.fail("SYSTEM=" + system + " found, expected rectangular coordinates (R)");
     take_ = [this](const Fields& fields) { take_node(fields); };
-    set_ = keyword.has("NSET") ? &set_named(keyword.value("NSET"), file_.nsets, file_.nset_order)
-                               : nullptr;
+    const std::string name = keyword.value("NSET");
+    set_ = !keyword.has("NSET") ? nullptr
+           : in_assembly_       ? &file_.assembly_sets[in_capitals(name)]
+                                : &set_named(name, file_.nsets, file_.nset_order);
   }
 
   void begin_elements(const InpKeyword& keyword) {
     const std::string word = in_capitals(keyword.value("TYPE"));
     const auto type = inp_type(word);
     static const std::vector<Instead> all = {
-        {instead_of_points, {"MASS", "ROTARYI", "DCOUP3D", "DCOUP2D"}},
+        {instead_of_points, {"DCOUP3D", "DCOUP2D"}},
         {instead_of_springs, {"SPRINGA", "SPRING1", "SPRING2", "DASHPOTA", "DASHPOT1", "DASHPOT2"}},
         {instead_of_gaps, {"GAPUNI"}}};
     const std::string cure = cure_of(all, word);
@@ -227,14 +287,19 @@ class InpReader {
 
   void begin_set(const InpKeyword& keyword, const std::string& parameter,
                  std::map<std::string, InpSet>& sets, std::vector<std::string>& order) {
-    if (in_assembly_ && !keyword.has("INSTANCE")) return;  // of reference points
     if (keyword.value(parameter).empty())
       lines_.fail("*" + keyword.name + " without " + parameter + "=NAME");
+    generates_ = keyword.has("GENERATE");
+    if (in_assembly_ && !keyword.has("INSTANCE") && parameter == "NSET") {  // of reference points
+      take_ = [this](const Fields& fields) { take_ids(fields, file_.assembly_sets); };
+      set_ = &file_.assembly_sets[in_capitals(keyword.value(parameter))];
+      return;
+    }
+    if (in_assembly_ && !keyword.has("INSTANCE")) return;
     take_ = [this, &sets](const Fields& fields) { take_ids(fields, sets); };
     set_ = &set_named(keyword.value(parameter), sets, order);
     set_->place = lines_.place();
     set_->internal = keyword.has("INTERNAL");
-    generates_ = keyword.has("GENERATE");
     if (parameter == "NSET" && keyword.has("ELSET"))
       set_->elsets.push_back(in_capitals(keyword.value("ELSET")));
   }
@@ -329,13 +394,17 @@ class InpReader {
   }
 
   void take_node(const Fields& fields) {
-    if (fields.size() < 3) lines_.fail("expected a node: its number and three coordinates");
     const Index id = lines_.whole(fields[0]);
-    file_.mesh.node_ids.push_back(id);
-    for (std::size_t c = 1; c <= 3; ++c)
-      file_.mesh.coordinates.push_back(
-          c < fields.size() && !fields[c].empty() ? lines_.number(fields[c]) : 0);
+    Vector3 at = Vector3::Zero();  // as is what is not given
+    for (std::size_t c = 1; c <= 3 && c < fields.size(); ++c)
+      if (!fields[c].empty()) at[static_cast<Index>(c) - 1] = lines_.number(fields[c]);
     if (set_ != nullptr) set_->ids.push_back(id);
+    if (in_assembly_) {  // a reference point
+      file_.assembly_nodes[id] = at;
+      return;
+    }
+    file_.mesh.node_ids.push_back(id);
+    file_.mesh.coordinates.insert(file_.mesh.coordinates.end(), at.begin(), at.end());
   }
 
   // Its number and nodes, over as many lines as it takes.
@@ -346,14 +415,21 @@ class InpReader {
     if (pending_.size() < wanted) return;
     if (pending_.size() > wanted)
       lines_.fail(std::to_string(pending_.size() - 1) + " nodes found, expected " +
-                  std::to_string(type_.n_nodes));
+                  std::to_string(type_.n_nodes) +
+                  ": give another TYPE, or take out those beyond, which CalculiX ignores");
     const Index id = pending_.front();
     pending_.erase(pending_.begin());
     if (set_ != nullptr) set_->ids.push_back(id);
+    if (type_.n_nodes == 1) {
+      file_.point_elements[id] = in_assembly_ ? -pending_.back() : pending_.back();
+      pending_.clear();
+      return;
+    }
     if (!type_.type) {
       file_.lines[id] = std::exchange(pending_, {});
       return;
     }
+    if (type_.is_plane) file_.plane_elements.insert(id);
     // Abaqus numbers the upper mid-edges before the upright ones, Exodus after them
     if (*type_.type == ElementType::hex20 || *type_.type == ElementType::wedge15) {
       const auto n = n_corners(*type_.type) / 2;

@@ -3,9 +3,11 @@
 // and materials. Data of a run (steps, supports, loads, output) are skipped.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -40,6 +42,23 @@ struct InpSection {
   DeckPlace place;
 };
 
+// *COUPLING with *KINEMATIC or *DISTRIBUTING, *RIGID BODY.
+struct InpConstraint {
+  std::string node;  // its number or set, in capitals
+  std::string set;   // a surface, or a node set, in capitals
+  bool of_assembly = false, rigid = false, is_complete = false;
+  std::array<bool, 6> motions{};  // all false: none given, which means all
+  DeckPlace place;
+};
+
+// *MASS, *ROTARY INERTIA.
+struct InpMass {
+  std::string elset;
+  double mass = 0;
+  Matrix3 inertia;
+  DeckPlace place;
+};
+
 struct InpFile {
   FileMesh mesh;                                // FileElement::block: ELSET of *ELEMENT, or empty
   std::map<Index, std::vector<Index>> lines;    // elements of one dimension: id -> node ids
@@ -47,6 +66,14 @@ struct InpFile {
   std::vector<std::string> nset_order, elset_order;
   std::vector<InpSurface> surfaces;
   std::vector<InpSection> sections;
+  std::vector<InpConstraint> constraints;
+  std::vector<InpMass> masses;
+  // Elements MASS and ROTARYI: id -> node; below 0: of the assembly, which has nodes and sets of
+  // its own
+  std::map<Index, Index> point_elements;
+  std::map<Index, Vector3> assembly_nodes;
+  std::set<Index> plane_elements;  // CPS4, CPE4, ...
+  std::map<std::string, InpSet> assembly_sets;
   // By the name in capitals. Orientations have only axes, or a problem.
   std::map<std::string, FileMaterial> materials, orientations;
   std::string dropped;  // Mesh::dropped

@@ -49,10 +49,6 @@ Format found_format(const std::filesystem::path& file) {
   return format;
 }
 
-bool is_among(const std::string& suffix, const std::vector<std::string>& list) {
-  return std::find(list.begin(), list.end(), suffix) != list.end();
-}
-
 Format known_format(const std::filesystem::path& file) {
   const Format format = format_of(file);
   if (const std::string cure = foreign_mesh_cure(file); !cure.empty())
@@ -109,15 +105,12 @@ std::vector<Index> corners_of(const Mesh& mesh, const Side& side) {
 }  // namespace
 
 std::string foreign_mesh_cure(const std::filesystem::path& file) {
-  static const std::vector<std::string> meshes = {".vtu", ".cdb", ".fem", ".xdmf", ".mesh", ".dat"},
-                                        geometries = {".geo", ".step", ".stp", ".iges",
-                                                      ".igs", ".brep", ".stl"};
   const std::string suffix = suffix_of(file), name = file.stem().string();
-  if (is_among(suffix, meshes))
+  if (is_among(".vtu .cdb .fem .xdmf .mesh .dat", suffix))
     return "is not of a format that is read: convert it to gmsh's .msh or to Exodus II with names "
            "for the faces; meshio knows most formats (meshio convert " +
            file.filename().string() + " " + name + ".exo)";
-  if (is_among(suffix, geometries))
+  if (is_among(".geo .step .stp .iges .igs .brep .stl", suffix))
     return "is a geometry and no mesh: mesh it first (gmsh -3 " + file.filename().string() +
            " -o " + name +
            ".msh), with a Physical Volume for the part and a Physical Surface for each face";
@@ -144,6 +137,18 @@ std::vector<std::filesystem::path> mesh_files(const std::filesystem::path& file)
   while (lines.next() && lines.includes()) {
   }
   return lines.files();
+}
+
+bool deck_holds(const std::filesystem::path& deck, const std::vector<std::string>& words) {
+  for (const auto& file : mesh_files(deck)) {
+    TextLines lines(file, true);
+    while (lines.next()) {
+      const std::string start = in_capitals(trimmed(lines.line()).substr(0, 40));
+      for (const std::string& word : words)
+        if (start.starts_with(word[0]) && without_blanks(start).starts_with(word)) return true;
+    }
+  }
+  return false;
 }
 
 Mesh read_mesh(const std::filesystem::path& file) {

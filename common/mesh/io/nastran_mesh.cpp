@@ -2,9 +2,10 @@
 // A mesh from bulk data of Nastran. Properties of solids become blocks, those of faces on them
 // sidesets; sets of points nodesets.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
-#include <set>
+#include <unordered_set>
 
 #include "common/base/error.hpp"
 #include "common/mesh/io/bdf_cards.hpp"
@@ -56,6 +57,7 @@ class NastranMesh {
         if (const Index node = ids.node(id); node >= 0) nodes.push_back(node);
       if (!nodes.empty()) add_nodeset(mesh, name, nodes);
     }
+    add_joined_points(mesh);
     return mesh;
   }
 
@@ -67,30 +69,32 @@ class NastranMesh {
     if (card.name == "GRID") take_point(card);
     if (card.name == "PSOLID") material_of_[cards_.whole(card, 0)] = cards_.whole(card, 1);
     if (card.name == "MAT1") take_material(card);
-    static const std::set<std::string> laws = {"MAT2",  "MAT3",  "MAT8",  "MAT9",
-                                               "MAT10", "MAT11", "MAT12", "MATHP"};
-    if (laws.contains(card.name))
+    const bool is_other_law = is_among("MAT2 MAT3 MAT8 MAT9 MAT10 MAT11 MAT12 MATHP", card.name);
+    if (is_other_law)
       materials_[cards_.whole(card, 0)] = {.name = cards_.text(card, 0),
                                            .problem = "is a " + card.name + ", not supported"};
     if (card.name == "PARAM" && cards_.text(card, 0) == "WTMASS")
       weight_to_mass_ = cards_.real(card, 1, 1);
+    if (card.name == "RBE2") take_rigid(card);
+    if (card.name == "RBE3") take_average(card);
+    if (card.name == "CONM2") masses_.push_back(card);
     if (card.name == "SET1") take_points(card, "set_" + cards_.text(card, 0), 1);
     if (card.name == "SPC1") take_points(card, "spc_" + cards_.text(card, 0), 2);
     if (card.name == "ASET1") take_points(card, "aset", 1);
     if (const Family* family = family_of(card.name)) return take_element(card, *family);
     refuse(card);
-    if (!laws.contains(card.name)) drop(card);
+    if (!is_other_law) drop(card);
   }
 
   // Cards that are not read, but for those without effect on the part, and curves of gmsh.
   void drop(const BdfCard& card) {
-    static const std::set<std::string> silent = {
-        "GRID",   "PSOLID", "PSHELL", "MAT1",   "SET1",  "SPC1", "ASET1", "CORD1R", "CORD2R",
-        "CORD1C", "CORD2C", "CORD1S", "CORD2S", "EIGRL", "EIGR", "TSTEP", "FREQ",   "FREQ1"};
-    static const std::set<std::string> damping = {"ALPHA1", "ALPHA2", "G"};
     const bool is_parameter = card.name == "PARAM";
-    if (silent.contains(card.name) || (card.name == "CBAR" && cards_.is_of_gmsh()) ||
-        (is_parameter && !damping.contains(cards_.text(card, 0))))
+    if (is_among(
+            "GRID PSOLID PSHELL MAT1 RBE2 RBE3 CONM2 SET1 SPC1 ASET1 CORD1R CORD2R CORD1C CORD2C "
+            "CORD1S CORD2S EIGRL EIGR TSTEP FREQ FREQ1",
+            card.name) ||
+        (card.name == "CBAR" && cards_.is_of_gmsh()) ||
+        (is_parameter && !is_among("ALPHA1 ALPHA2 G", cards_.text(card, 0))))
       return;
     dropped_.add(is_parameter ? "PARAM," + cards_.text(card, 0) : card.name, card.place);
   }
@@ -99,7 +103,7 @@ class NastranMesh {
   // curves of a mesh.
   void refuse(const BdfCard& card) const {
     static const std::vector<Instead> all = {
-        {instead_of_points, {"RBE1", "RBE2", "RBE3", "RBAR", "RROD", "CONM1", "CONM2"}},
+        {instead_of_points, {"RBE1", "RBAR", "RROD", "CONM1"}},
         {instead_of_equations, {"MPC", "MPCADD"}},
         {instead_of_springs,
          {"CELAS1", "CELAS2", "CELAS3", "CELAS4", "CBUSH", "CDAMP1", "CDAMP2", "CVISC"}},
@@ -168,6 +172,93 @@ class NastranMesh {
     }
   }
 
+  // EID GN CM GM1 GM2 ... ALPHA: the nodes GM move as a rigid body with GN.
+  void take_rigid(const BdfCard& card) {
+    const std::string motions = cards_.text(card, 2), name = "rbe2_" + cards_.text(card, 0);
+    for (const char motion : {'1', '2', '3'})
+      if (motions.find(motion) == std::string::npos)
+        cards_.fail(card, name.substr(5) + " has CM = " + motions +
+                              ", expected 123456, or 123 of solids: other joints are links of the "
+                              "scene (links)");
+    BdfCard nodes = card;
+    if (cards_.text(card, last_field(card)).find('.') != std::string::npos)
+      nodes.fields.resize(last_field(card));
+    take_points(nodes, name, 3);
+    joined_.add(cards_.whole(card, 1), {name, Vector3::Zero(), true, card.place});
+  }
+
+  // EID - REFGRID REFC WT1 C1 G11 G12 ... WT2 C2 G21 ...: the node has the mean motion of the
+  // others.
+  void take_average(const BdfCard& card) {
+    const std::string id = cards_.text(card, 0), name = "rbe3_" + id;
+    const auto expect = [&](const std::string& what, const std::string& found,
+                            const std::string& only) {
+      if (found != only)
+        cards_.fail(card, id + " has " + what + " = " + found + ", expected " + only +
+                              ": take the mean of all motions, with equal weights");
+    };
+    expect("REFC", cards_.text(card, 3), "123456");
+    std::vector<Index>& nodes = points_[name];
+    for (std::size_t i = 4; i < card.fields.size(); ++i) {
+      const std::string& field = card.fields[i];
+      if (field == "ALPHA") break;
+      if (field == "UM") cards_.fail(card, id + " has UM, which is not read: take it out");
+      if (field.find('.') != std::string::npos) {
+        expect("a weight", field, cards_.text(card, 4));
+        expect("components", cards_.text(card, ++i), "123");
+      } else if (!field.empty()) {
+        nodes.push_back(cards_.whole(card, i));
+      }
+    }
+    joined_.add(cards_.whole(card, 2), {name, Vector3::Zero(), false, card.place});
+  }
+
+  static std::size_t last_field(const BdfCard& card) {
+    std::size_t last = card.fields.size();
+    while (last > 0 && card.fields[last - 1].empty()) --last;
+    return last == 0 ? 0 : last - 1;
+  }
+
+  // Nodes of sets must be those of elements; a rigid set holds the node that it moves with if that
+  // is one.
+  void add_joined_points(Mesh& mesh) {
+    const MeshIds ids(mesh);
+    const std::unordered_set<Index> used =
+        joined_.points.empty() ? std::unordered_set<Index>() : used_nodes(file_);
+    const auto refuse = [&](const FilePoints::Point& of, Index id, const std::string& what) {
+      of.place.fail("node " + std::to_string(id) + " of '" + of.nodes + "' " + what);
+    };
+    for (auto& [node, point] : joined_.points) {
+      for (const Index id : points_.at(point.nodes))
+        if (!used.contains(id))
+          refuse(point, id, "is a node of no element: name nodes of the mesh");
+      if (ids.node(node) < 0) refuse(point, node, "is no GRID");
+      if (used.contains(node) && !point.rigid)
+        refuse(point, node, "is a node of an element: give it a GRID of its own");
+      if (used.contains(node)) add_nodeset(mesh, point.nodes, {ids.node(node)});
+      point.at = mesh.coordinates.row(ids.node(node));
+    }
+    for (const BdfCard& card : masses_) add_mass(card, mesh, ids);
+    add_points(joined_, mesh);
+  }
+
+  // EID G CID M X1 X2 X3 - I11 I21 I22 I31 I32 I33; I21 is int rho x y dV.
+  void add_mass(const BdfCard& card, const Mesh& mesh, const MeshIds& ids) {
+    const std::string id = cards_.text(card, 0), system = cards_.text(card, 2);
+    if (!system.empty() && system != "0" && system != "-1")
+      cards_.fail(card, id + " has coordinate system " + system + ", expected 0 (basic) or -1");
+    std::array<double, 14> x{};
+    for (std::size_t i = 3; i < x.size(); ++i) x[i] = cards_.real(card, i, 0);
+    FilePoints::Mass mass{"mass_" + id, cards_.whole(card, 1), x[3], {}, {}, card.place};
+    mass.inertia << x[8], -x[9], -x[11], -x[9], x[10], -x[12], -x[11], -x[12], x[13];
+    mass.offset = Vector3(x[4], x[5], x[6]);
+    if (system == "-1" && ids.node(mass.node) >= 0)
+      mass.offset -= mesh.coordinates.row(ids.node(mass.node)).transpose();
+    mass.mass *= weight_to_mass_;
+    mass.inertia *= weight_to_mass_;
+    joined_.masses.push_back(mass);
+  }
+
   void take_material(const BdfCard& card) {
     FileMaterial material{.name = "MAT1 " + cards_.text(card, 0)};
     const double none = std::nan("");
@@ -204,6 +295,8 @@ class NastranMesh {
   std::map<Index, Index> material_of_;               // by property
   std::map<Index, FileMaterial> materials_;
   std::map<std::string, std::vector<Index>> points_;
+  FilePoints joined_;
+  std::vector<BdfCard> masses_;
   double weight_to_mass_ = 1;
   DroppedWords dropped_;
 };

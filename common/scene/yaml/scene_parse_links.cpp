@@ -229,7 +229,7 @@ void read_points(const SceneNode& node, const SceneReading& reading, Component& 
   const SceneMap map = node.map_of_any();
   for (const auto& [name, value] : map.entries()) {
     require_plain_name(value, "a point", name);
-    Component::Point& point = component.points[name];
+    Component::Point& point = component.points[name] = {};
     point.source = value.source();
     read_keys(value, scene_keys(point), reading);
   }

@@ -99,6 +99,10 @@ Component parse_component(const SceneNode& node, const std::string& name,
     parse_superelement_alone(map, reading, component);
     return component;
   }
+  if (const SceneNode* mesh = map.find("mesh"); mesh != nullptr && mesh->is_scalar()) {
+    component.mesh = resolve_path(*mesh, reading.folder);
+    add_points_of_deck(component);
+  }
   read_keys(node, keys, reading);
   if (component.blocks.empty() && component.material.empty() && !may_hold_materials(component.mesh))
     node.fail("missing key 'material': for all blocks, or for each under 'blocks'");

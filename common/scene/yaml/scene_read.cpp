@@ -7,6 +7,7 @@
 #include "common/base/error.hpp"
 #include "common/base/text_lines.hpp"
 #include "common/mesh/io/mesh_formats.hpp"
+#include "common/scene/points_of_file.hpp"
 #include "common/scene/yaml/scene_parse.hpp"
 
 namespace cbr {
@@ -158,6 +159,7 @@ Scene read_scene(const std::string& file_or_dash) {
   parse_sections(root.map({"materials", "components", "instances", "skin", "boundary", "loads",
                            "walls", "contact", "links", "time", "output", "sweep"}),
                  reading);
+  drop_idle_points(scene);
   return scene;
 }
 

@@ -4,33 +4,18 @@
 #include <set>
 
 #include "common/base/error.hpp"
-#include "common/base/text_lines.hpp"
 
 namespace cbr {
 namespace {
 
 using Dampings = std::map<std::string, MaterialDamping>;  // by material
 
-// Most decks have no damping and are not parsed again.
-bool holds_damping(const std::filesystem::path& deck) {
-  for (const auto& file : mesh_files(deck)) {
-    TextLines lines(file, true);
-    while (lines.next()) {
-      if (!lines.line().starts_with('*')) continue;
-      std::string keyword = lines.line().substr(0, lines.line().find(','));
-      std::erase_if(keyword, [](char c) { return c == ' ' || c == '\t'; });
-      for (char& c : keyword) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-      if (keyword == "*DAMPING") return true;
-    }
-  }
-  return false;
-}
-
-// *DAMPING of the materials that the component's mesh file assigns.
+// *DAMPING of the materials that the component's mesh file assigns. Most decks have none, and are
+// not parsed again.
 Dampings dampings_of_file(const Component& component) {
   Dampings dampings;
   if (!component.has_mesh || !component.material.empty() || !may_hold_materials(component.mesh) ||
-      !holds_damping(component.mesh))
+      !deck_holds(component.mesh, {"*DAMPING"}))
     return dampings;
   const Mesh mesh = read_mesh(component);
   for (const Block& block : mesh.blocks) {

@@ -2,6 +2,7 @@
 #include "dynamics/setup/contact/points.hpp"
 
 #include "common/mesh/face_weights.hpp"
+#include "common/scene/scene_uses.hpp"
 #include "dynamics/setup/components/geometry.hpp"
 
 namespace cbr {
@@ -17,10 +18,12 @@ Vector weights_of(const Geometry& geometry, const std::string& instance,
   return all(nodes);
 }
 
-AveragePoint average_point(const Instance& instance, const Geometry& geometry,
+AveragePoint average_point(const Scene& scene, const Instance& instance, const Geometry& geometry,
                            const std::string& name, const Component::Point& point) {
   AveragePoint average;
-  if (const Index node = node_of_point(geometry, name, point.nodes); node >= 0) {
+  const std::string set =
+      geometry.reduced ? moved_set(component_of(scene, instance), point.nodes) : point.nodes;
+  if (const Index node = node_of_point(geometry, name, set); node >= 0) {
     average.nodes = {node, geometry.rotations.at(node)};
     average.is_of_interface = true;
     average.hand = instance.mirror.empty() ? 1 : -1;
@@ -117,7 +120,7 @@ std::vector<AveragePoint> points_of(const SceneIndex& index, const BuiltScene& b
   const Scene& scene = index.scene();
   const Instance& instance = scene.instances[i];
   const auto average = [&](Index of, const std::string& name, const Component::Point& point) {
-    return average_point(scene.instances[of], *built.instances[of].geometry, name, point);
+    return average_point(scene, scene.instances[of], *built.instances[of].geometry, name, point);
   };
   std::vector<AveragePoint> points;
   for (const auto& [name, point] : component_of(scene, instance).points)

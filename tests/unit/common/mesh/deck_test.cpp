@@ -28,10 +28,14 @@ std::filesystem::path put(const Folder& folder, const std::string& name, const s
   return file;
 }
 
-const std::string of_scene = ": supports, loads, contact, damping and steps are the scene's",
-                  of_materials =
-                      ": materials have linear elasticity, density and damping in this "
-                      "version";
+const std::string
+    of_scene = ": supports, loads, contact, damping and steps are the scene's",
+    of_materials =
+        ": not in this version; use linear elasticity, and compare output.stress with "
+        "the yield stress",
+    of_heat =
+        ": not in this version; use contact[].interference for a shrink fit, and loads "
+        "for other thermal strain";
 
 TEST(Deck, includesAreReadInTheirPlace) {
   const Folder folder;
@@ -303,6 +307,109 @@ TEST(Deck, aRingIsOrthotropicInCylindricalAxes) {
   }
 }
 
+TEST(Deck, constraintsOfDecksAreReferencePoints) {
+  const Folder folder;
+  const std::string solid = grid + "CTETRA,1,1,1,2,3,4\nGRID,9,,2.,0.,0.\nGRID,10,,0.,3.,0.\n",
+                    rigid = "RBE2,5,9,123456,2,3,4,,\n,1.2e-5\n",
+                    average = "RBE3,6,,10,123456,1.,123,2,3\n,4,1.,123,1,,,\n";
+  const Mesh mesh =
+      read_mesh(put(folder, "a.bdf",
+                    solid + rigid + average + "PARAM,WTMASS,2.\nCONM2,7,9,0,2.5,,,,,\n," +
+                        "4.,1.,5.,2.,3.,6.\nCONM2,8,9,-1,1.,1.,1.,1.\nCONM2,3,9,,.5\n"));
+  EXPECT_EQ(mesh.dropped, "");
+  EXPECT_EQ(mesh.nodesets.at(find_nodeset(mesh, "rbe2_5")).nodes, (std::vector<Index>{1, 2, 3}));
+  EXPECT_EQ(mesh.nodesets.at(find_nodeset(mesh, "rbe3_6")).nodes.size(), 4U);
+  ASSERT_EQ(mesh.points.size(), 3U);
+  const MeshPoint &nine = mesh.points.at("node_9"), &ten = mesh.points.at("node_10"),
+                  &beside = mesh.points.at("mass_8");
+  EXPECT_TRUE(nine.nodes == "rbe2_5" && nine.rigid && *nine.at == Vector3(2, 0, 0));
+  EXPECT_EQ(nine.mass, 6);  // times WTMASS
+  Matrix3 J;
+  J << 8, -2, -4, -2, 10, -6, -4, -6, 12;
+  EXPECT_EQ(nine.inertia, J);
+  EXPECT_TRUE(ten.nodes == "rbe3_6" && !ten.rigid && ten.mass == 0);
+  EXPECT_TRUE(beside.nodes == "rbe2_5" && !beside.rigid && *beside.at == Vector3(1, 1, 1));
+  EXPECT_EQ(beside.mass, 2);
+  // A node of an element moves with its own rigid set
+  const Mesh own = read_mesh(put(folder, "b.bdf", solid + "RBE2,5,1,123,2,3\n"));
+  EXPECT_EQ(own.nodesets.at(find_nodeset(own, "rbe2_5")).nodes.size(), 3U);
+
+  const std::string surface = "*SURFACE, NAME=Top\n1, S3\n",
+                    body = "*NSET, NSET=Foot\n1, 2, 3\n*RIGID BODY, NSET=FOOT, REF NODE=10\n",
+                    masses =
+                        "*ELEMENT, TYPE=MASS, ELSET=HEAVY\n7, 9\n*MASS, ELSET=HEAVY\n2.5,\n"
+                        "*ELEMENT, TYPE=ROTARYI, ELSET=TURNS\n8, 9\n*ROTARY INERTIA, ELSET=TURNS\n"
+                        "4, 5, 6, -1, -2, -3\n";
+  const auto inp = [&](const std::string& cards) {
+    return put(folder, "a.inp", "*NODE\n" + nodes + "9, 2\n10, 0, 3\n" + tet + surface + cards);
+  };
+  const std::string coupling = "*COUPLING, REF NODE=9, SURFACE=TOP, CONSTRAINT NAME=C\n";
+  const Mesh deck = read_mesh(inp(coupling + "*KINEMATIC\n1, 3\n" + body + masses));
+  ASSERT_EQ(deck.points.size(), 2U);
+  EXPECT_EQ(deck.dropped, "");
+  const MeshPoint& top = deck.points.at("node_9");
+  EXPECT_TRUE(top.nodes == "Top" && top.rigid && *top.at == Vector3(2, 0, 0) && top.mass == 2.5);
+  EXPECT_EQ(top.inertia, J / 2);
+  EXPECT_TRUE(deck.points.at("node_10").nodes == "Foot" && deck.points.at("node_10").rigid);
+  EXPECT_EQ(deck.points.at("node_10").line, 17);
+  EXPECT_FALSE(read_mesh(inp(coupling + "*DISTRIBUTING\n")).points.at("node_9").rigid);
+  // Nodes and sets of an assembly have numbers of their own
+  const Mesh cae = read_mesh(put(folder, "cae.inp",
+                                 "*PART, NAME=P\n*NODE\n" + nodes + tet +
+                                     "*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=I, "
+                                     "PART=P\n*END INSTANCE\n*NODE\n1, 7, 8, 9\n*NSET, "
+                                     "NSET=RP\n1,\n*ELSET, ELSET=S, INSTANCE=I\n"
+                                     "1,\n*SURFACE, NAME=Top\nS, S3\n*ELEMENT, TYPE=MASS, "
+                                     "ELSET=HEAVY\n1, 1\n*MASS, ELSET=HEAVY\n"
+                                     "3,\n*COUPLING, CONSTRAINT NAME=C, REF NODE=RP, "
+                                     "SURFACE=Top\n*KINEMATIC\n*END ASSEMBLY\n"));
+  EXPECT_EQ(*cae.points.at("node_1").at, Vector3(7, 8, 9));
+  EXPECT_EQ(cae.points.at("node_1").mass, 3);
+
+  for (const auto& [cards, words] : std::vector<std::pair<std::string, std::string>>{
+           {"RBE2,5,9,12,2,3\n", "a.bdf:8: RBE2: 5 has CM = 12, expected 123456, or 123"},
+           {"RBE2,5,9,123,2,10\n", "a.bdf:8: node 10 of 'rbe2_5' is a node of no element"},
+           {"RBE2,5,99,123,2,3\n", "a.bdf:8: node 99 of 'rbe2_5' is no GRID"},
+           {rigid + "RBE2,6,9,123,1\n", "a.bdf:10: node 9 is the reference of line 8 too"},
+           {"RBE3,6,,9,123,1.,123,2,3\n", "6 has REFC = 123, expected 123456"},
+           {"RBE3,6,,9,123456,1.,123,2,2.,\n,123,3\n", "6 has a weight = 2., expected 1."},
+           {"RBE3,6,,9,123456,1.,12,2,3\n", "6 has components = 12, expected 123"},
+           {"RBE3,6,,9,123456,1.,123,2,3,\n,UM,2,3\n", "6 has UM, which is not read"},
+           {"RBE3,6,,1,123456,1.,123,2,3\n", "node 1 of 'rbe3_6' is a node of an element"},
+           {"CONM2,7,1,,2.\n", "a.bdf:8: a mass on node 1 found, expected"},
+           {rigid + "CONM2,7,9,4,2.\n", "7 has coordinate system 4"},
+           {rigid + "CONM2,7,9,,-2.\n", "a.bdf:10: is no mass"},
+           {rigid + "CONM2,7,9,,2.,,,,,\n,1.,2.,1.,,,1.\n", "a positive definite inertia"}}) {
+    const auto file = put(folder, "a.bdf", solid + cards);
+    const std::string message = message_of([&] { read_mesh(file); });
+    EXPECT_NE(message.find(words), std::string::npos) << words << ": " << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+  for (const auto& [cards, words] : std::vector<std::pair<std::string, std::string>>{
+           {coupling, "a.inp:12: *COUPLING without *KINEMATIC or *DISTRIBUTING"},
+           {"*KINEMATIC\n", "a.inp:12: *KINEMATIC without the *COUPLING before it"},
+           {coupling + "*KINEMATIC\n1, 2\n",
+            "a.inp:12: *COUPLING joins some of the motions 1 to 3"},
+           {coupling + "*DISTRIBUTING\n1, 3\n",
+            "a.inp:12: *COUPLING joins some of the motions 1 to 6"},
+           {coupling + "*DISTRIBUTING, WEIGHTING METHOD=LINEAR\n", "WEIGHTINGMETHOD=LINEAR found"},
+           {coupling + "*KINEMATIC\n0, 2\n", "from 1 to 6"},
+           {"*COUPLING, REF NODE=9, SURFACE=NO\n*KINEMATIC\n", "there is no set 'NO'"},
+           {"*COUPLING, REF NODE=99, SURFACE=TOP\n*KINEMATIC\n", "no reference node 99"},
+           {"*COUPLING, REF NODE=1, SURFACE=TOP\n*KINEMATIC\n", "node 1 is a node of an element"},
+           {"*COUPLING, REF NODE=X, SURFACE=TOP\n*KINEMATIC\n", "there is no node set 'X'"},
+           {"*COUPLING, SURFACE=TOP\n*KINEMATIC\n", "a.inp:12: *COUPLING without REF NODE="},
+           {"*RIGID BODY, ELSET=ALL, REF NODE=9\n", "use instances.NAME.as: rigid"},
+           {masses, "a.inp:15: a mass on node 9 found, expected"},
+           {"*MASS, ELSET=NO\n1,\n", "there is no element set 'NO'"},
+           {"*MASS, ELSET=ALL, TYPE=ANISOTROPIC\n1,\n", "*MASS has TYPE"}}) {
+    const auto file = inp(cards);
+    const std::string message = message_of([&] { read_mesh(file); });
+    EXPECT_NE(message.find(words), std::string::npos) << words << ": " << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  }
+}
+
 // The orders of vtkCellType.h, in which programs write; wedges look outwards by their first three
 // nodes.
 TEST(Deck, solidsOfVtkAreInItsOrder) {
@@ -419,11 +526,11 @@ TEST(Deck, eachKeywordThatIsNotReadHasItsReason) {
   const auto dropped = [&](const std::string& words) {
     return read_mesh(put(folder, "deck.inp", "*NODE\n" + nodes + tet + words)).dropped;
   };
-  EXPECT_EQ(
-      dropped("*PLASTIC\n300, 0\n*Pre-Tension Section\n*Cyclic Hardening\n*FILM\n*BOUNDARY\n"),
-      "*PLASTIC (line 8), *CYCLIC HARDENING (line 11)" + of_materials +
-          "; *PRE-TENSION SECTION (line 10), *BOUNDARY (line 13)" + of_scene +
-          "; *FILM (line 12): not in this version");
+  EXPECT_EQ(dropped("*PLASTIC\n300, 0\n*Pre-Tension Section\n*Cyclic Hardening\n*FILM\n*BOUNDARY\n"
+                    "*EXPANSION\n1e-5\n"),
+            "*PLASTIC (line 8), *CYCLIC HARDENING (line 11)" + of_materials +
+                "; *PRE-TENSION SECTION (line 10), *BOUNDARY (line 13)" + of_scene +
+                "; *FILM (line 12): not in this version; *EXPANSION (line 14)" + of_heat);
 }
 
 TEST(Deck, keywordsThatChangeThePartAreRefused) {
@@ -475,6 +582,20 @@ TEST(Deck, surfacesOfShellsHaveTwoFaces) {
   EXPECT_EQ(nodes_of_side(mesh, both[0]), (std::vector<Index>{0, 1, 2}));
   EXPECT_EQ(both[1].side, 1);
   EXPECT_EQ(one[0].side, 2);
+  // Of shells S1 and S2 are these faces and edges follow, of plane elements all are edges
+  const auto side = [&](const std::string& text, const std::string& label) {
+    return read_mesh(put(folder, "s.inp", text + "*SURFACE, NAME=S\n1, " + label + "\n"))
+        .sidesets.at(0)
+        .sides.at(0)
+        .side;
+  };
+  std::string plane = shells;
+  plane.replace(plane.find("S3"), 2, "CPS3");
+  EXPECT_EQ(side(shells, "S1"), 2);
+  EXPECT_EQ(side(shells, "S2"), 1);
+  EXPECT_EQ(side(shells, "S3"), 3);
+  EXPECT_EQ(side(plane, "S1"), 3);
+  EXPECT_EQ(side(plane, "S3"), 5);
   const auto solid =
       put(folder, "deck.inp", "*NODE\n" + nodes + tet + "*SURFACE, NAME=S\n1, SPOS\n");
   EXPECT_NE(message_of([&] { read_mesh(solid); }).find("SPOS, SNEG of a shell"), std::string::npos);
