@@ -35,11 +35,11 @@ void add_points_of_file(Component& component) {
 }
 
 void add_points_of_deck(Component& component) {
-  const std::vector<std::string> words = {"RBE2",       "RBE3",  "CONM2",         "*COUPLING",
-                                          "*RIGIDBODY", "*MASS", "*ROTARYINERTIA"};
   std::error_code error;
-  if (!may_hold_materials(component.mesh) || !std::filesystem::exists(component.mesh, error) ||
-      !deck_holds(component.mesh, words))
+  if (!may_hold_materials(component.mesh) ||
+      !std::filesystem::is_regular_file(component.mesh, error) ||
+      !deck_holds(component.mesh,
+                  {"RBE2", "RBE3", "CONM2", "*COUPLING", "*RIGIDBODY", "*MASS", "*ROTARYINERTIA"}))
     return;
   for (const auto& [name, point] : read_mesh(component.mesh).points)
     component.points[name] = {point, {point.file, static_cast<int>(point.line)}};
