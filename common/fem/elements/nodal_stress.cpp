@@ -141,34 +141,34 @@ Matrix element_nodal_stress(ElementType type, HexFormulation hex, const Points& 
   });
 }
 
-Matrix shell_stress(ElementType type, const Points& X, const ShellProperties& shell,
-                    const Points& u, const Points& theta) {
+Matrix shell_stress(ElementType type, const Points& X, const ShellProperties& shell) {
   const shell::Plane plane = shell::flatten(type, X);
   const Index n = X.rows();
   const double nu = shell.material.poissons_ratio, t = shell.thickness / plane.length;
-  Vector in_plane(3 * n), across(3 * n);
+  // The motion of nodes' projections on the mean plane, in it and across it
+  Matrix in_plane = Matrix::Zero(3 * n, 6 * n), across = in_plane;
   for (Index i = 0; i < n; ++i) {
-    const Vector3 rotation = plane.axes * theta.row(i).transpose(),
-                  moved = plane.axes * u.row(i).transpose() / plane.length;
-    // Of the node's projection on the mean plane
-    in_plane.segment<3>(3 * i) << moved[0] - plane.z[i] * rotation[1],
-        moved[1] + plane.z[i] * rotation[0], rotation[2];
-    across.segment<3>(3 * i) << moved[2], rotation[0], rotation[1];
+    const Index u = 3 * i, theta = 3 * n + 3 * i;
+    in_plane.block<2, 3>(3 * i, u) = plane.axes.topRows<2>() / plane.length;
+    across.block<1, 3>(3 * i, u) = plane.axes.row(2) / plane.length;
+    in_plane.block<3, 3>(3 * i, theta) << -plane.z[i] * plane.axes.row(1),
+        plane.z[i] * plane.axes.row(0), plane.axes.row(2);
+    across.block<2, 3>(3 * i + 1, theta) = plane.axes.topRows<2>();
   }
-  const Vector3 strain = shell::mean_strains(plane) * in_plane,
-                curvature = shell::mean_curvatures(plane, nu, t) * across;
+  const Matrix strain = shell::mean_strains(plane) * in_plane,
+               curvature = shell::mean_curvatures(plane, nu, t) * across;
   Matrix3 C;
   C << 1, nu, 0, nu, 1, 0, 0, 0, (1 - nu) / 2;
   C *= shell.material.youngs_modulus / (1 - nu * nu);
-  Matrix faces(3, 6);
-  for (Index face = 0; face < 3; ++face) {
-    const double z = (1 - static_cast<double>(face)) * t / 2;
-    const Vector3 local = C * (strain + z * curvature);
-    Matrix3 sigma = Matrix3::Zero();
-    sigma.topLeftCorner<2, 2>() << local[0], local[2], local[2], local[1];
-    sigma = plane.axes.transpose() * sigma * plane.axes;
-    faces.row(face) << sigma(0, 0), sigma(1, 1), sigma(2, 2), sigma(0, 1), sigma(1, 2), sigma(2, 0);
-  }
+  Eigen::Matrix<double, 6, 3> turned;  // of xx, yy, xy of the plane
+  const Vector3 x = plane.axes.row(0).transpose(), y = plane.axes.row(1).transpose();
+  const auto column = [](const Matrix3& s) {
+    return Eigen::Matrix<double, 6, 1>(s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(1, 2), s(2, 0));
+  };
+  turned << column(x * x.transpose()), column(y * y.transpose()),
+      column(x * y.transpose() + y * x.transpose());
+  Matrix faces(12, 6 * n);
+  faces << turned * C * (strain + t / 2 * curvature), turned * C * (strain - t / 2 * curvature);
   return faces;
 }
 

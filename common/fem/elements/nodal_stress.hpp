@@ -21,10 +21,9 @@ namespace cbr {
 Matrix element_nodal_stress(ElementType type, HexFormulation hex, const Points& X,
                             const Material& material, const Points& u);
 
-// Cauchy stress (xx yy zz xy yz zx) in the element's middle at the top (along the normal), in the
-// middle of the thickness and at the bottom: 3 x 6. u, theta: n x 3, displacements and rotations of
-// the nodes. Shear across the thickness is left out: it is 0 at top and bottom.
-Matrix shell_stress(ElementType type, const Points& X, const ShellProperties& shell,
-                    const Points& u, const Points& theta);
+// Cauchy stress (xx yy zz xy yz zx) in the element's middle at the top (along the normal) and at
+// the bottom, 12 x 6 n: of displacements of the nodes, x y z of each, then of their rotations.
+// Shear across the thickness is left out: it is 0 at top and bottom.
+Matrix shell_stress(ElementType type, const Points& X, const ShellProperties& shell);
 
 }  // namespace cbr

@@ -111,9 +111,18 @@ void InstanceElements::add_group(Group group, const Block& block,
   const auto nodes = group.nodes.reshaped();
   // Recovery data before 1.16 have no rotations
   if (!is_structure(block) || !std::all_of(nodes.begin(), nodes.end(), is_known)) return;
-  group.thickness = block.thickness;
   group.rotations = group.nodes.unaryExpr([&](Index node) { return rotations.at(node); });
-  for (group.face = 1; group.face > -2; group.face -= 2) groups_.push_back(group);
+  Group bottom = group;
+  group.face = 1;
+  bottom.face = -1;
+  for (Index e = 0; e < group.nodes.rows(); ++e) {
+    const Matrix faces = shell_stress(group.type, element_points(group, e),
+                                      {group.properties.material, block.thickness});
+    group.of_motion.emplace_back(faces.topRows(6));
+    bottom.of_motion.emplace_back(faces.bottomRows(6));
+  }
+  groups_.push_back(std::move(group));
+  groups_.push_back(std::move(bottom));
 }
 
 void InstanceElements::add_mesh() {
@@ -278,13 +287,12 @@ std::vector<Index> InstanceElements::moving_nodes(const Group& group, Index e) c
 }
 
 Matrix InstanceElements::centre_stress(const Group& group, Index e, const Points& motion) const {
-  const Points X = element_points(group, e);
-  const Material& material = group.properties.material;
-  if (group.face == 0)
-    return element_stress(group.type, group.properties.hex, X, material, motion).transpose();
-  const Matrix faces = shell_stress(group.type, X, {material, group.thickness},
-                                    motion.topRows(X.rows()), motion.bottomRows(X.rows()));
-  return faces.row(group.face > 0 ? 0 : 2);
+  if (group.face != 0)
+    return (group.of_motion[e] * Eigen::Map<const Vector>(motion.data(), motion.size()))
+        .transpose();
+  return element_stress(group.type, group.properties.hex, element_points(group, e),
+                        group.properties.material, motion)
+      .transpose();
 }
 
 Matrix InstanceElements::corner_stress(const Group& group, Index e, const Points& motion) const {

@@ -36,9 +36,9 @@ class InstanceElements {
     std::vector<Index> element_ids;  // e, of the mesh
     // Of shells, which have a group for either face: 1 the top, along the normals, -1 the bottom
     Index face = 0;
-    double thickness = 0;
-    IndexTable rotations = {};  // e x n, of this instance's nodes
-    Index material = 0;         // equal for blocks of equal materials, and of one face
+    IndexTable rotations = {};           // e x n, of this instance's nodes
+    std::vector<Matrix> of_motion = {};  // e, 6 x 6 n: stress of the face
+    Index material = 0;                  // equal for blocks of equal materials, and of one face
   };
 
   // `of` must outlive this object. InputError: a superelement without recovery data, at `source`; a
