@@ -14,7 +14,7 @@ BOUNDS = {
     "lines of product": 85715,
     "files of product": 624,
     "lines of python/cbr": 1968,
-    "lines of tests": 65397,
+    "lines of tests": 65398,
     "files of tests": 392,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 355,
