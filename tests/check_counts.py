@@ -11,7 +11,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 85715,
+    "lines of product": 85716,
     "files of product": 624,
     "lines of python/cbr": 1968,
     "lines of tests": 65398,

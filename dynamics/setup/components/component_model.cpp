@@ -415,7 +415,8 @@ ReducedComponent read_reduced(SceneIndex& index, const Component& component,
   }
   warn_of_blocks(component, reduced.provenance, report);
   tell_conditioning(component, reduced, report);
-  warn_of_missing_statics(index.scene(), component, reduced, report);
+  warn_of_missing_statics(options.reduced_for != nullptr ? *options.reduced_for : index.scene(),
+                          component, reduced, report);
   const std::vector<InstancePlan*> plans = index.plans(component, InstanceKind::superelement);
   const std::string file = component.reduction->superelement.string();
   if (reduced.superelement && !reduced.superelement->fixed.any() &&
