@@ -35,6 +35,7 @@ constexpr const char
     *of_materials =
         "*PLASTIC *CYCLICHARDENING *CREEP *HYPER *VISCO *DEFORMATIONPLASTICITY *MOHR *DRUCKER "
         "*CONCRETE *DAMAGE *DEPVAR *USERMATERIAL MATS CREEP",
+    *of_cycles = "CYJOIN CYSYM CYSUP",
     *of_heat = "*EXPANSION *CONDUCTIVITY *SPECIFICHEAT *TEMPERATURE MATT TEMP",
     *of_scenes =
         "*BOUNDARY *CLOAD *DLOAD *DSLOAD *BASEMOTION *INITIALCONDITIONS *AMPLITUDE *STEP *CONTACT "
@@ -52,6 +53,7 @@ std::string reason_of(const std::string& word) {
   if (is_of(of_materials))
     return "not in this version; use linear elasticity, and compare output.stress with the yield "
            "stress";
+  if (is_of(of_cycles)) return "cyclic symmetry is not in this version; mesh the whole part";
   if (is_of(of_heat))
     return "not in this version; use contact[].interference for a shrink fit, and loads for other "
            "thermal strain";

@@ -182,7 +182,7 @@ class InpReader {
         {instead_of_equations, {"EQUATION", "MPC"}},
         {instead_of_points, {"KINEMATICCOUPLING", "DISTRIBUTINGCOUPLING"}},
         {"not in this version: mesh the parts so that they share nodes", {"EMBEDDEDELEMENT"}},
-        {"not in this version: mesh the whole part", {"CYCLICSYMMETRYMODEL"}},
+        {"cyclic symmetry is not in this version: mesh the whole part", {"CYCLICSYMMETRYMODEL"}},
         {"not in this version: take it out; superelements of matrices are read by cbr-reduce "
          "--import",
          {"MATRIXINPUT", "MATRIXASSEMBLE", "USERELEMENT"}},

@@ -503,9 +503,11 @@ TEST(Deck, cardsOfNastranThatAreNotReadAreListed) {
   EXPECT_EQ(deck(steel + "CBAR,2,9,1,2,0.,0.,1.\nDMIG,K,0,6,1\nMATS1,7,,PLASTIC\nDMIG,K,1,1\n" +
                  "CYJOIN,1,,5\nPARAM,G,.02\n")
                 .dropped,
-            "CBAR (line 9), DMIG (line 10, and 1 more), CYJOIN (line 13): not in this version; "
-            "MATS1 (line 11)" +
-                of_materials + "; PARAM,G (line 14)" + of_scene);
+            "CBAR (line 9), DMIG (line 10, and 1 more): not in this version; MATS1 (line 11)" +
+                of_materials +
+                "; CYJOIN (line 13): cyclic symmetry is not in this version; mesh the whole part; "
+                "PARAM,G (line 14)" +
+                of_scene);
   EXPECT_EQ(deck("MAT1,7,2.1e11,,.3,7850.,1.2e-5,20.,.01\n").dropped,
             "GE of MAT1 (line 8)" + of_scene);
   put(folder, "more.bdf", "CELAS9,1\n");
@@ -541,7 +543,7 @@ TEST(Deck, keywordsThatChangeThePartAreRefused) {
            {"*MATRIX INPUT, NAME=K, INPUT=k.mtx\n", "deck.inp:8: *MATRIX INPUT found: not in this"},
            {"*USER ELEMENT, TYPE=U1, NODES=2\n", "deck.inp:8: *USER ELEMENT found: not in this"},
            {"*MODEL CHANGE, TYPE=ELEMENT, REMOVE\nALL\n", "deck.inp:8: *MODEL CHANGE found: not"},
-           {"*TIE, CYCLIC SYMMETRY, NAME=T\nA, B\n", "deck.inp:8: *TIE found: not in this version"},
+           {"*TIE, CYCLIC SYMMETRY, NAME=T\nA, B\n", "deck.inp:8: *TIE found: cyclic symmetry"},
            {step + "*Model Change, type=element, remove\nALL\n*END STEP\n",
             "deck.inp:10: *MODEL CHANGE found: not"}}) {
     const auto file = deck(text);
