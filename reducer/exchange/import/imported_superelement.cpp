@@ -26,8 +26,9 @@ struct Order {
 };
 
 std::string row_name(const ReducedRow& row) {
+  static const std::string motions[] = {"x", "y", "z", "rx", "ry", "rz"};
   return row.dof == 0 ? "modal coordinate " + std::to_string(row.node)
-                      : std::string(1, "xyz"[row.dof - 1]) + " of node " + std::to_string(row.node);
+                      : motions[row.dof - 1] + " of node " + std::to_string(row.node);
 }
 
 class Importer {
@@ -184,7 +185,12 @@ class Importer {
 
   // One entry that is missing shows in its row alone.
   void doubt_rows(const Matrix& R, const Matrix& force) {
-    const Matrix scale = s_.K_cc.cwiseAbs() * R.cwiseAbs();
+    Matrix scale = s_.K_cc.cwiseAbs() * R.cwiseAbs();
+    // By symmetry a row may have no part in a motion, but of round-off
+    constexpr double least_part = 1e-3;
+    const Eigen::RowVectorXd most = R.cwiseAbs().colwise().maxCoeff().cwiseMax(1e-300);
+    const Vector of_row = (scale.array().rowwise() / most.array()).rowwise().maxCoeff();
+    scale += least_part * of_row * most;
     Index worst = 0, motion = 0;
     const double share =
         (force.cwiseAbs().array() / (scale.array() + 1e-300)).maxCoeff(&worst, &motion);
