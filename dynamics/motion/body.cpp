@@ -26,8 +26,8 @@ void Body::move_supports(SupportPlan plan) {
   if (impulse.size() > 0) add_start_impulse(impulse);
 }
 
-void Body::add_points(std::vector<AveragePoint> points, const std::string& where) {
-  points_ = std::make_unique<BodyPoints>(std::move(points), own_nodes(), where);
+void Body::add_points(std::vector<AveragePoint> points) {
+  points_ = std::make_unique<BodyPoints>(std::move(points), own_nodes());
 }
 
 bool Body::has_points(Index set) const { return points_ && points_->has_points(set); }

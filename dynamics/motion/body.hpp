@@ -107,7 +107,7 @@ class Body {
   // Before any set is tracked, supports first. The body is constrained there.
   void move_supports(SupportPlan plan);
   // InputError, with `where`: points whose nodes do not determine their motion.
-  void add_points(std::vector<AveragePoint> points, const std::string& where);
+  void add_points(std::vector<AveragePoint> points);
   // Null: none.
   const PrescribedMotion* supports() const { return supports_.get(); }
   const BodyPoints* points() const { return points_.get(); }

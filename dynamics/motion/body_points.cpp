@@ -97,14 +97,13 @@ bool lie_on_a_line(const AveragePoint& point, const Points& positions) {
   return !turns_of(spread, slender).without_arm.isZero(0);
 }
 
-AverageMaps average_maps(const AveragePoint& point, const Points& positions,
-                         const std::string& where) {
+AverageMaps average_maps(const AveragePoint& point, const Points& positions) {
   if (point.is_of_interface) return maps_of_interface(point, positions);
   const Spread spread = spread_of(point, positions);
   const Turns turns = turns_of(spread, point.n_rotations > 0 ? slender : thin);
   if (!turns.without_arm.isZero(0) && point.n_rotations == 0)
     throw InputError(
-        where +
+        point.where +
         ": its nodes lie on a line, or are one, and determine no rotation: take a surface, "
         "or nodes of shells that keep their rotations");
   AverageMaps maps;
@@ -136,12 +135,11 @@ Matrix deformation_rows(const AveragePoint& point, const Points& positions) {
   return null_space(rigid, thin).transpose();
 }
 
-BodyPoints::BodyPoints(std::vector<AveragePoint> points, const Points& own_nodes,
-                       const std::string& where)
+BodyPoints::BodyPoints(std::vector<AveragePoint> points, const Points& own_nodes)
     : n_(own_nodes.rows()), points_(std::move(points)), arms_(points_.size(), Vector3::Zero()) {
   for (std::size_t j = 0; j < points_.size(); ++j) {
-    maps_.push_back(average_maps(points_[j], own_nodes, where));
-    if (points_[j].rigid) add_deformations(j, own_nodes, where);
+    maps_.push_back(average_maps(points_[j], own_nodes));
+    if (points_[j].rigid) add_deformations(j, own_nodes);
   }
   const auto n_points = static_cast<Index>(points_.size());
   positions_.resize(n_ + 2 * n_points + static_cast<Index>(deformations_.size()), 3);
@@ -153,8 +151,8 @@ BodyPoints::BodyPoints(std::vector<AveragePoint> points, const Points& own_nodes
   }
 }
 
-void BodyPoints::add_deformations(std::size_t point, const Points& own_nodes,
-                                  const std::string& where) {
+void BodyPoints::add_deformations(std::size_t point, const Points& own_nodes) {
+  const std::string& where = points_[point].where;
   constexpr std::size_t most_nodes = 1000;  // every row is of all nodes
   const std::size_t k = points_[point].nodes.size();
   if (points_[point].n_rotations > 0)

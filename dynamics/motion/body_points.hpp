@@ -29,17 +29,17 @@ struct AveragePoint {
   // A point of the superelement's interface: its nodes are that of its translation and that of its
   // rotation, about axes that the instance's mirror (-1) turns over.
   bool is_of_interface = false;
-  double hand = 1;  // of rotations, too
+  double hand = 1;         // of rotations, too
+  std::string where = {};  // what an error about it begins with
 };
 
 // The maps of u(nodes[i]) to d and theta, one of each for each node (3 x 3), scene axes.
-// InputError, with `where`, if nodes without rotations lie on a line, or are one: they determine no
+// InputError if nodes without rotations lie on a line, or are one: they determine no
 // rotation.
 struct AverageMaps {
   std::vector<Matrix3> d, theta;
 };
-AverageMaps average_maps(const AveragePoint& point, const Points& positions,
-                         const std::string& where);
+AverageMaps average_maps(const AveragePoint& point, const Points& positions);
 
 // By the angle |theta| about the axis theta.
 Matrix3 rotation_of(const Vector3& theta);
@@ -61,7 +61,7 @@ Matrix deformation_rows(const AveragePoint& point, const Points& positions);
 class BodyPoints {
  public:
   // own_nodes: of the body itself, undeformed.
-  BodyPoints(std::vector<AveragePoint> points, const Points& own_nodes, const std::string& where);
+  BodyPoints(std::vector<AveragePoint> points, const Points& own_nodes);
 
   const Points& positions() const { return positions_; }  // of all nodes, undeformed
   Index translation_node(Index point) const { return n_ + 2 * point; }
@@ -128,7 +128,7 @@ class BodyPoints {
     std::size_t point = 0;
     std::vector<Matrix3> maps;
   };
-  void add_deformations(std::size_t point, const Points& own_nodes, const std::string& where);
+  void add_deformations(std::size_t point, const Points& own_nodes);
   const std::vector<Matrix3>& maps_of(Index node, std::size_t& point) const;
   void extend(const NodeSet& set, Points& own) const;
   Matrix slid(const NodeSet& set, const Matrix& S) const;

@@ -185,9 +185,7 @@ class Builder {
   void add_points(Index i) {
     const Instance& instance = scene_.instances[i];
     if (component_of(scene_, instance).points.empty()) return;
-    built_.simulation.bodies[i]->add_points(
-        points_of(index_, built_, i),
-        instance.source.text() + ": points of instance '" + instance.name + "'");
+    built_.simulation.bodies[i]->add_points(points_of(index_, built_, i));
   }
 
   void add(const Instance& instance, BodyMaker& maker) {

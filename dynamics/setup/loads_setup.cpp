@@ -112,9 +112,9 @@ void add_moment(const Load& load, const Instance& instance, const BuiltScene::Of
   point.weights = weights(point.nodes);
   point.at = Vector3::Zero();
   if (!of.is_rigid) add_rotations(geometry, instance, positions, point);
-  const AverageMaps maps = average_maps(point, positions,
-                                        load.source.text() + ": moment on '" + load.surface +
-                                            "' of instance '" + load.instance + "'");
+  point.where =
+      load.source.text() + ": moment on '" + load.surface + "' of instance '" + load.instance + "'";
+  const AverageMaps maps = average_maps(point, positions);
   VectorForce vector{{}, load.value, load.follows};
   for (std::size_t a = 0; a < 3; ++a) {
     Points forces = Points::Zero(weights.size(), 3);

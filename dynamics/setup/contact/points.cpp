@@ -21,6 +21,7 @@ Vector weights_of(const Geometry& geometry, const std::string& instance,
 AveragePoint average_point(const Scene& scene, const Instance& instance, const Geometry& geometry,
                            const std::string& name, const Component::Point& point) {
   AveragePoint average;
+  average.where = point.source.text() + ": point '" + instance.name + "." + name + "'";
   const std::string set =
       geometry.reduced ? moved_set(component_of(scene, instance), point.nodes) : point.nodes;
   if (const Index node = node_of_point(geometry, name, set); node >= 0) {
