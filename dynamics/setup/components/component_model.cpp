@@ -428,8 +428,10 @@ ReducedComponent read_reduced(SceneIndex& index, const Component& component,
     const auto phase = report.phase("setup");
     const bool has_statics = !reduced.superelement->characteristic.statics.node.empty();
     if (reduced.superelement->is_massless() || has_statics) {
-      const bool meets_others =
-          reduced.superelement->is_massless() && joins_massless_to_others(index.scene());
+      // Statics and modes have no steps
+      const bool meets_others = reduced.superelement->is_massless() &&
+                                !index.scene().time->is_static && options.reduced_for == nullptr &&
+                                joins_massless_to_others(index.scene());
       reduced.form = free_residual_form(reduced.superelement, file, meets_others);
       if (meets_others)
         report.warning("component '" + component.name +
@@ -476,8 +478,8 @@ MeshedComponent read_meshed(SceneIndex& index, const Component& component,
   }
   const auto phase = report.phase("setup");
   meshed.properties = block_properties(scene, component, *meshed.mesh);
-  // Modes need no inverse of M, and are those of CalculiX
-  // That of reduced integration is singular: a joined mesh, which may get all modes, has the other
+  // Modes need no inverse of M, and are those of CalculiX with its reduced mass. That is singular,
+  // and a joined mesh may get all modes
   for (BlockProperties& of : meshed.properties)
     of.reduced_mass = options.mesh_modes && !options.mesh_modes->is_joined;
   warn_of_blocks(component, block_provenance(*meshed.mesh, meshed.properties), report);

@@ -73,7 +73,7 @@ StaticRows static_rows(const std::vector<Index>& node, const Points& direction, 
 // kinds. InputError when the rigid modes do not agree with /rigid_body, named by `where`.
 std::shared_ptr<const ModalForm> free_residual_form(
     const std::shared_ptr<const Superelement>& superelement, const std::string& where,
-    bool meets_others = false);
+    bool meets_others);
 // The same with held directions. Massless: their reactions are forces on an interface without
 // inertia, so that they are eliminated as contact is. Characteristic: coordinates are held as in
 // held_characteristic_form(), and residual compliance at held nodes is left out.
