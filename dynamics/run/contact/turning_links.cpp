@@ -207,9 +207,7 @@ Matrix3 aim_link(Simulation& sim, const ContactPair& pair, ContactState& state) 
     throw RunError("the ends of link '" + pair.name +
                    "' meet, and no line is between them: a stop (links[].force) keeps them apart");
   const Matrix3 axes =
-      link.length > 0
-          ? Eigen::Quaterniond::FromTwoVectors(apart, Vector3::UnitX()).toRotationMatrix()
-          : Matrix3(link.axes * ends.C.transpose());
+      link.length > 0 ? axes_along(apart) : Matrix3(link.axes * ends.C.transpose());
   Matrix3 rows = axes;
   const Vector3 given = pair.driven ? pair.driven->shift.start : Vector3(Vector3::Zero());
   if (link.of_rotations) rows = turned_by(pair, ends, stretch(sim, pair), given).rows * axes;

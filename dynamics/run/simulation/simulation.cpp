@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/run/simulation/simulation.hpp"
 
+#include <Eigen/Geometry>
+
 namespace cbr {
+
+Matrix3 axes_along(const Vector3& line) {
+  return Eigen::Quaterniond::FromTwoVectors(line, Vector3::UnitX()).toRotationMatrix();
+}
 
 PairState& ContactPair::state() {
   if (!state_) {

@@ -53,6 +53,8 @@ struct TurningLink {
   // axes
   double length = 0;
 };
+// Rows, of which the first is along the line.
+Matrix3 axes_along(const Vector3& line);
 
 // Prescribed motion of a link's rows: of its first end relative to the second.
 struct DrivenLink {

@@ -217,10 +217,11 @@ bool moves_in_shapes(const BuiltScene& built, const SideName& side) {
 // Shells bend between functions, whose nodes then run into the other side.
 bool is_of_shells(const BuiltScene& built, const SideName& side) {
   const auto& of = built.instances[side.instance];
-  if (of.is_rigid || !of.geometry->rotations.empty()) return !of.is_rigid;
-  return !of.parts.empty() &&
-         std::any_of(of.parts.front().superelement->provenance.begin(),
-                     of.parts.front().superelement->provenance.end(),
+  if (of.is_rigid) return false;
+  if (!of.geometry->rotations.empty()) return true;
+  if (of.parts.empty()) return false;
+  const auto& provenance = of.parts.front().superelement->provenance;
+  return std::any_of(provenance.begin(), provenance.end(),
                      [](const auto& entry) { return entry.first.ends_with(": thickness"); });
 }
 

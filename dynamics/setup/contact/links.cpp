@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "dynamics/setup/contact/contact_setup.hpp"
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <numbers>
 #include <utility>
@@ -271,7 +269,7 @@ class LinkMaker {
       throw InputError(link.source.text() +
                        ": links[]: the ends are at one place, and no line is between them: leave "
                        "out axes: line, or move one");
-    return Eigen::Quaterniond::FromTwoVectors(line, Vector3::UnitX()).toRotationMatrix();
+    return axes_along(line);
   }
 
   // Rotation of a link's rows with its ends.
