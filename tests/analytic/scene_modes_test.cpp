@@ -71,6 +71,16 @@ TEST_F(OfScene, OneElementIsAnOscillator) {
   }
 }
 
+// A file has what contact and histories of one surface need; modes, which leave contact out, too.
+TEST_F(OfScene, ModesAskForWhatTheRunWasReducedFor) {
+  Report report("test", Verbosity::quiet);
+  const std::string yaml = scene("beam.exo", "basis: characteristic, interface: [x_max], modes: 8",
+                                 "contact: [{between: [reduced.x_max, full.x_min]}]\n") +
+                           "output: {history: [reduced.x_max]}\n";
+  scene_modes(folder.prepare(yaml).scene, 8, report);
+  EXPECT_EQ(join(report.warnings()).find("was not made for"), std::string::npos);
+}
+
 // The lowest bending frequencies of a cantilever: 1.875^2 / (2 pi) sqrt(E I / (rho A)) and less, by
 // shear.
 TEST_F(OfScene, HeldSuperelementsHaveTheFrequenciesOfTheirMesh) {

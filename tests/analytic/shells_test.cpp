@@ -46,17 +46,22 @@ TEST_F(Shells, PlatesHaveTheirFrequencies) {
   }
 }
 
-// A free folded plate: six motions cost nothing, and none besides; mass, centre and inertia.
-TEST_F(Shells, AFoldedPlateIsFree) {
+// Folded at the middle by a right angle.
+Mesh folded_plate(Faces kind) {
   Mesh mesh;
   add_grid(
-      Faces::mixed, 6, 4,
+      kind, 6, 4,
       [](double x, double y) {
-        const double s = 2 * x - 1;  // folded at the middle by a right angle
+        const double s = 2 * x - 1;
         return s < 0 ? Vector3(s, y, 0) : Vector3(0, y, s);
       },
       "plate", mesh);
-  folder.add("plate.exo", mesh);
+  return mesh;
+}
+
+// A free folded plate: six motions cost nothing, and none besides; mass, centre and inertia.
+TEST_F(Shells, AFoldedPlateIsFree) {
+  folder.add("plate.exo", folded_plate(Faces::mixed));
   Shelled scene{.blocks = "plate: {thickness: 0.01}, plate_tri: {thickness: 0.01}",
                 .instance = ", rotation: [10, 20, 30], mirror: y"};
   scene.more = "time: {end: 1}\n";
@@ -253,15 +258,7 @@ TEST_F(Shells, SuperelementsTurn) {
 // A free mesh turns by any angle, too: angular momentum stays, energy to second order of the step,
 // and it turns as a superelement of the same mass. Beginning again it is the same to the bit.
 TEST_F(Shells, MeshesTurn) {
-  Mesh mesh;
-  add_grid(
-      Faces::quads, 6, 4,
-      [](double x, double y) {
-        const double s = 2 * x - 1;  // folded at the middle by a right angle
-        return s < 0 ? Vector3(s, y, 0) : Vector3(0, y, s);
-      },
-      "plate", mesh);
-  folder.add("plate.exo", mesh);
+  folder.add("plate.exo", folded_plate(Faces::quads));
   Shelled scene{.mass = "lumped",
                 .instance = ", rotation: [10, 20, 30], angular_velocity: [6, 10, 14]"};
   const auto run = [&](const std::string& kind, double h) {

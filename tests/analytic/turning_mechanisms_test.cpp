@@ -432,13 +432,13 @@ TEST_F(TurningMechanisms, ASpringAlongALineFollowsIt) {
                .time = "end: 1, step: " + (step > 0 ? text(step) : "auto"),
                .output = "every: 0.1, history: [a.tip]",
                .component = as == "rigid" ? "" : reduced});
-      EXPECT_LT(test::energy_residual(ran.result), 1e-9) << as;
+      EXPECT_LT(test::energy_residual(ran.result), 1e-12) << as;
       return (at(ran.monitor("a.tip").mean_position, 10) - expected).norm();
     };
     const std::array errors{error("rigid", 4e-3), error("rigid", 2e-3), error("rigid", 1e-3)};
-    EXPECT_LT(errors[2], 1e-4);
-    EXPECT_NEAR(std::log2(errors[1] / errors[2]), 2, is_cable ? 1 : 0.2) << errors[1];
-    EXPECT_LT(error("superelement", 0), 1e-2);
+    EXPECT_LT(errors[2], 2e-5);
+    EXPECT_NEAR(std::log2(errors[1] / errors[2]), 2, 0.02) << errors[1];
+    EXPECT_LT(error("superelement", 0), 2e-5);
   }
 }
 
@@ -460,13 +460,13 @@ TEST_F(TurningMechanisms, ARodKeepsItsLength) {
           .norm();
     };
     for (std::size_t i = 0; i < ran.result.time.size(); ++i)
-      EXPECT_NEAR(apart(i), apart(0), 1e-11) << i;
-    EXPECT_LT(test::energy_residual(ran.result), 1e-10);
+      EXPECT_NEAR(apart(i), apart(0), 5e-13) << i;
+    EXPECT_LT(test::energy_residual(ran.result), 2e-13);
     const auto changed = [&](Series3 RunResult::OfBody::*of) {
       return test::largest_change(ran.result, of) / test::total(ran.result, of, 0).norm();
     };
-    EXPECT_LT(changed(&RunResult::OfBody::momentum), 1e-11);
-    EXPECT_LT(changed(&RunResult::OfBody::angular_momentum), 1e-11);
+    EXPECT_LT(changed(&RunResult::OfBody::momentum), 1e-13);
+    EXPECT_LT(changed(&RunResult::OfBody::angular_momentum), 1e-13);
   }
 }
 

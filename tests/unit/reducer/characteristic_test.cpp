@@ -180,7 +180,7 @@ TEST(Characteristic, ResponsesOfSecondOrderFacesAreOfTheirUniformPressure) {
   EXPECT_GT(pressure.maxCoeff(), 0);
   EXPECT_LT(pressure.minCoeff(), 0);
   EXPECT_NEAR(pressure.dot(compliance(s) * pressure), pressure.dot(compliance(whole) * pressure),
-              1e-8 * pressure.dot(compliance(whole) * pressure));
+              1e-14 * pressure.dot(compliance(whole) * pressure));
 }
 
 TEST(Characteristic, RecoveryMovesTheInteriorAlong) {
