@@ -359,8 +359,8 @@ struct Hdf5Reader::Impl {
     if (!missing.empty())
       fail(object,
            "its texts are not those that were written (attribute 'checksums_of_texts'): the file "
-           "was "
-           "damaged or edited; make it anew, or, where the change is meant, delete the attribute");
+           "was damaged or edited; make it anew, or, where the change is meant, delete the "
+           "attribute");
     return found;
   }
 

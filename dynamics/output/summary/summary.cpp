@@ -156,13 +156,12 @@ std::string numerical_loss(const BuiltScene& built, const RunResult& result) {
                      result.work_numerical.back(), 100 * share);
 }
 
-// ", 2 % of the largest, by the load steps". In equilibrium normal forces do no work, but at moving
-// walls, and as bolts and overlaps are applied. What is booked is an error of the load steps.
+// " (up to 2 % of all, ...)". In equilibrium normal forces do no work, but at moving walls, and as
+// bolts and overlaps are applied. What is booked is an error of the load steps.
 std::string error_of_load_steps(const BuiltScene& built, const RunResult& result) {
   const auto& pairs = built.simulation.pairs;
   const bool works = std::any_of(pairs.begin(), pairs.end(), [](const ContactPair& pair) {
-    return pair.pretension || pair.interference != 0 || pair.resolves_overlap ||
-           (pair.wall && pair.wall->moves());
+    return pair.pretension || pair.interference != 0 || pair.resolves_overlap || pair.shift();
   });
   const double share = share_of(result.work_contact, result);
   const bool strains = *std::max_element(result.total.begin(), result.total.end()) > 0;
