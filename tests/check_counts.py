@@ -13,7 +13,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
     "lines of product": 85727,
     "files of product": 624,
-    "lines of python/cbr": 1968,
+    "lines of python/cbr": 1972,
     "lines of tests": 65409,
     "files of tests": 392,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5

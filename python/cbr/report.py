@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import collections
 import contextlib
 import os
 import pathlib
@@ -221,7 +222,7 @@ def animation(run: Results) -> str:
 
 
 def modes(path: str, animate: bool = False) -> str:
-    """The page of cbr-dyn --modes: frequencies, and pictures of the first mode shapes, at most MOST_MODES.
+    """The page of cbr-dyn --modes: frequencies, and pictures of the first elastic mode shapes, at most MOST_MODES.
     FileError: there are none, or no fields with displacements beside them."""
     fields, shapes = Fields(path), []
     rows: list[Row] = []
@@ -230,8 +231,11 @@ def modes(path: str, animate: bool = False) -> str:
             found = zip(*(read(group[what]) for what in ("frequency_hz", "damping_ratio", "field_step")))
             for i, (hz, ratio, step) in enumerate(found):
                 rows.append([name, float(i + 1), float(hz), float(ratio)])
-                shapes.append((f"{name}, mode {i + 1}: {number(float(hz))} Hz", name.split("+"), int(step)))
+                if hz > 0:
+                    shapes.append((f"{name}, mode {i + 1}: {number(float(hz))} Hz", name.split("+"), int(step)))
     parts = ["<h2>Frequencies</h2>", table(["instance", "mode", "Hz", "damping ratio"], rows), "<h2>Shapes</h2>"]
+    rigid = collections.Counter(str(name) for name, _, hz, _ in rows if hz == 0)
+    parts += [f"<p>{escape(name)}: rigid motions (0 Hz), not drawn: {n}.</p>" for name, n in rigid.items()]
     for title, instances, step in shapes[:MOST_MODES]:
         u = fields.displacements(step)
         if u is None:

@@ -377,12 +377,13 @@ class Package(unittest.TestCase):
         np.testing.assert_allclose(cbr.pictures.extent([[part.points for part in parts]])[1] - cbr.pictures.extent([[parts[0].points]])[1],
                                    (np.array([0.050801, 0, 0]) @ cbr.pictures.PLANE).clip(0), atol=1e-12)
         scene.write(self.folder / "asked.yaml")
-        listed = subprocess.run([BIN / "cbr-dyn", "asked.yaml", "--modes", "2", "-o", "shapes.h5"], cwd=self.folder, check=True,
+        listed = subprocess.run([BIN / "cbr-dyn", "asked.yaml", "--modes", "8", "-o", "shapes.h5"], cwd=self.folder, check=True,
                                 capture_output=True, text=True).stdout.splitlines()
         self.assertEqual(cbr.report.main([str(self.folder / "shapes.h5"), "-o", str(self.folder / "shapes.html")]), 0)
         text = (self.folder / "shapes.html").read_text()
-        self.assertEqual(len(pictures_in(text)), 4)
-        self.assertIn(f"right, mode 1: {float(listed[3].split(',')[2]):.4g} Hz", text)
+        self.assertEqual(len(pictures_in(text)), 10)
+        self.assertIn("<p>left: rigid motions (0 Hz), not drawn: 6.</p>", text)
+        self.assertIn(f"right, mode 1: {float(listed[9].split(',')[2]):.4g} Hz", text)
         with contextlib.redirect_stderr(io.StringIO()) as refused:
             self.assertEqual(cbr.report.main([self.runs["massless"].path, "-o", str(self.folder / "no.html"), "--animate"]), 2)
         self.assertIn("massless.fields.h5: no such file", refused.getvalue())
