@@ -36,9 +36,12 @@ struct WordsOf {
 
 }  // namespace
 
-std::vector<std::string> names_of(const std::vector<SceneKey>& keys, const std::string& head) {
+std::vector<std::string> names_of(const std::vector<SceneKey>& keys, const std::string& head,
+                                  bool retired) {
   Names names;
   for (const SceneKey& key : keys) {
+    const auto* of = std::get_if<Retired>(&key.value);
+    if (retired != (of != nullptr && !of->successor.empty())) continue;
     const auto dot = key.key.find('.');
     if (head.empty()) {
       if (names.empty() || names.back() != key.key.substr(0, dot))

@@ -112,7 +112,7 @@ struct Own {
   std::function<void(const SceneNode&, const SceneReading&)> read = {};
   std::function<std::string()> text;
 };
-// Refused, whatever its value.
+// Refused, whatever its value. With a successor no message lists it.
 struct Retired {
   std::string successor;  // the cure for a user of it
 };
@@ -127,8 +127,10 @@ struct SceneKey {
   bool is_required = false;
 };
 
-// The keys of a map, or of the map `head` ("characteristic") in it, in the list's order.
-std::vector<std::string> names_of(const std::vector<SceneKey>& keys, const std::string& head = "");
+// The keys of a map, or of the map `head` ("characteristic") in it, in the list's order: those that
+// are allowed, or the retired ones.
+std::vector<std::string> names_of(const std::vector<SceneKey>& keys, const std::string& head = "",
+                                  bool retired = false);
 
 // The value as words: one; of names each. Nothing: it has none.
 std::vector<std::string> words_of(const SceneValue& value);

@@ -177,14 +177,19 @@ SceneMap SceneNode::map(std::vector<std::string> allowed) const {
   return {*this, std::move(allowed)};
 }
 
+SceneMap SceneNode::map_of(const std::vector<SceneKey>& keys, const std::string& head) const {
+  return {*this, names_of(keys, head), names_of(keys, head, true)};
+}
+
 SceneMap SceneNode::map_of_any() const {
   SceneMap any(*this, {});
   if (any.entries().empty()) fail("is empty, expected at least one entry");
   return any;
 }
 
-SceneMap::SceneMap(const SceneNode& node, std::vector<std::string> allowed)
-    : node_(node), allowed_(std::move(allowed)) {
+SceneMap::SceneMap(const SceneNode& node, std::vector<std::string> allowed,
+                   std::vector<std::string> retired)
+    : node_(node), allowed_(std::move(allowed)), retired_(std::move(retired)) {
   if (!node.is_map()) {
     node.fail("found " + node.found() + ", expected a map" +
               (allowed_.empty() ? "" : " with the keys " + join(allowed_)));
@@ -215,7 +220,10 @@ void SceneMap::add(YamlTree::Id map, bool merged, int depth) {
     const auto value = [&] { return value_of(map, i, key); };
     const bool is_twice = merged ? !here.insert(key).second : place_.contains(key);
     if (is_twice) value().fail("duplicate key '" + key + "': remove one");
-    if (!allowed_.empty() && std::find(allowed_.begin(), allowed_.end(), key) == allowed_.end()) {
+    const auto is_in = [&](const auto& names) {
+      return std::find(names.begin(), names.end(), key) != names.end();
+    };
+    if (!allowed_.empty() && !is_in(allowed_) && !is_in(retired_)) {
       const std::string hint = nearest_name(key, allowed_);
       value().fail("unknown key '" + key + "'" + hint + (hint.empty() ? ", " : " ") +
                    "allowed: " + join(allowed_));

@@ -49,6 +49,7 @@ class SceneNode {
   std::vector<SceneNode> list_or_one() const;  // [a, b], or a alone
   std::vector<std::string> names() const;      // list_or_one() of text(), none twice
   SceneMap map(std::vector<std::string> allowed) const;
+  SceneMap map_of(const std::vector<SceneKey>& keys, const std::string& head = "") const;
   SceneMap map_of_any() const;  // the keys are names that the user gives; at least one
 
   // The place of the scalar's text among those that are allowed.
@@ -73,8 +74,9 @@ class SceneNode {
 // Merge keys (<<) are followed.
 class SceneMap {
  public:
-  // `allowed` empty: any key.
-  SceneMap(const SceneNode& node, std::vector<std::string> allowed);
+  // `allowed` empty: any key. `retired`: has a message of its own, and is not listed.
+  SceneMap(const SceneNode& node, std::vector<std::string> allowed,
+           std::vector<std::string> retired = {});
 
   const SceneNode* find(const std::string& key) const;  // null when not given
   const SceneNode& at(const std::string& key) const;    // InputError when not given
@@ -89,7 +91,7 @@ class SceneMap {
   SceneNode value_of(YamlTree::Id map, std::size_t i, const std::string& key) const;
 
   SceneNode node_;
-  std::vector<std::string> allowed_;
+  std::vector<std::string> allowed_, retired_;
   std::vector<std::pair<std::string, SceneNode>> entries_;
   std::unordered_map<std::string, std::size_t> place_;  // of a key in entries_
   int n_merges_ = 0;

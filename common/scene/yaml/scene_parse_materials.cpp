@@ -77,7 +77,7 @@ void parse_materials(const SceneNode& node, SceneReading& reading) {
   for (const auto& [name, value] : map.entries()) {
     Material& material = reading.scene.materials[name];
     MaterialDamping damping;
-    begin_material(value.map(names_of(scene_keys(material, damping))), material);
+    begin_material(value.map_of(scene_keys(material, damping)), material);
     const SceneMap keys = read_keys(value, scene_keys(material, damping), reading);
     if (material.orthotropy) {
       check_orthotropy(keys, *material.orthotropy);

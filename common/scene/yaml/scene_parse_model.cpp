@@ -93,7 +93,7 @@ Component parse_component(const SceneNode& node, const std::string& name,
   component.name = name;
   component.source = node.source();
   const std::vector<SceneKey> keys = scene_keys(component);
-  const SceneMap map = node.map(names_of(keys));
+  const SceneMap map = node.map_of(keys);
   require_plain_name(node, "a component", name);
   if (map.find("superelement") != nullptr) {
     parse_superelement_alone(map, reading, component);

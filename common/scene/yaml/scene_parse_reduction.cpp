@@ -121,7 +121,7 @@ void read_reduction(const SceneNode& node, const SceneReading& reading, Componen
   ReductionOptions& reduction = component.reduction.emplace();
   reduction.source = node.source();
   reduction.superelement = reading.folder / (component.name + ".cbr.h5");
-  const SceneMap map = node.map(names_of(scene_keys(reduction)));
+  const SceneMap map = node.map_of(scene_keys(reduction));
   if (map.find("points") == nullptr) map.at("interface");
   const std::vector<std::string> given = read_reduction_keys(map, reading, reduction);
   check_reduction(map, reduction);

@@ -46,7 +46,7 @@ void parse_place(const SceneMap& map, const Scene& scene, Load& load) {
 Load parse_load(const SceneNode& node, const SceneReading& reading) {
   Load load;
   load.source = node.source();
-  const SceneMap map = node.map(names_of(scene_keys(load)));
+  const SceneMap map = node.map_of(scene_keys(load));
   const std::string kind = map.exactly_one(texts_of(load_words));
   load.kind = *value_of(load_words, kind);
   const bool is_pressure = load.kind == Load::Kind::pressure;

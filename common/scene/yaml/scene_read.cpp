@@ -128,12 +128,12 @@ std::optional<SceneNode> find_key(const SceneMap& map, const std::vector<SceneKe
   const std::string head = key.key.substr(0, dot);
   const SceneNode* inside = map.find(head);
   if (inside == nullptr) return std::nullopt;
-  return found(inside->map(names_of(keys, head)), key.key.substr(dot + 1));
+  return found(inside->map_of(keys, head), key.key.substr(dot + 1));
 }
 
 SceneMap read_keys(const SceneNode& node, const std::vector<SceneKey>& keys,
                    const SceneReading& reading) {
-  SceneMap map = node.map(names_of(keys));
+  SceneMap map = node.map_of(keys);
   for (const SceneKey& key : keys)
     if (const auto value = find_key(map, keys, key)) read_value(key, *value, reading);
   return map;
