@@ -196,8 +196,8 @@ class Run {
     if (!result.failure.empty()) return result.failure;
     std::ostringstream text;
     text << "stopped by " << signals_.name() << " at t = " << *result.ended_at << " s of "
-         << built_.simulation.plan.end << " s, after " << result.reached << " of "
-         << built_.simulation.plan.n_steps() << " steps";
+         << built_.simulation.plan.end << " s, after "
+         << steps_done(built_.simulation, result.reached);
     return text.str();
   }
 

@@ -53,22 +53,34 @@ void step_line(const BuiltScene& built, Report& report) {
   for (const auto& body : built.simulation.bodies) n_dofs += body->n_dofs();
   std::ostringstream line;
   line.precision(5);
-  line << "steps: " << plan.n_steps() << " of " << plan.h << " s to t = " << plan.end << " s, "
-       << n_dofs << " dofs in " << built.instances.size()
-       << (built.instances.size() == 1 ? " instance" : " instances");
+  if (built.simulation.is_static) {
+    line << "load steps: " << built.simulation.preload + 1 + plan.n_steps();
+    if (built.simulation.preload > 0) line << " (" << built.simulation.preload << " before t = 0)";
+    line << ", from t = 0 every ";
+  } else {
+    line << "steps: " << plan.n_steps() << " of ";
+  }
+  line << plan.h << " s to t = " << plan.end << " s, " << n_dofs << " dofs in "
+       << built.instances.size() << (built.instances.size() == 1 ? " instance" : " instances");
   if (plan.newmark_alpha) {
     line.precision(3);
     line << "; newmark, alpha " << *plan.newmark_alpha;
     if (plan.critical > 0)
       line << ", " << plan.h / plan.critical << " times the critical step of central differences";
     if (!plan.limit.empty()) line << " (set by " << plan.limit << ")";
-  } else if (!plan.limit.empty()) {
+  } else if (!plan.limit.empty() && !built.simulation.is_static) {
     line << "; step limited by " << plan.limit;
   }
   report.line(line.str());
 }
 
 }  // namespace
+
+std::string steps_done(const Simulation& sim, Index reached) {
+  const Index before = sim.is_static ? sim.preload + 1 : 0;
+  return std::to_string(before + reached) + " of " + std::to_string(before + sim.plan.n_steps()) +
+         (sim.is_static ? " load steps" : " steps");
+}
 
 void announce(const BuiltScene& built, bool is_again, Report& report) {
   if (!is_again) instance_lines(built, report);

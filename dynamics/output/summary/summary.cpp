@@ -45,8 +45,8 @@ void reached_lines(const BuiltScene& built, const RunResult& result, Report& rep
     line << "ended early: " << *result.preload_reached << " of " << built.simulation.preload
          << " load steps before the time 0";
   else if (result.ended_at)
-    line << "ended early: " << result.reached << " of " << plan.n_steps()
-         << " steps, t = " << *result.ended_at << " s of " << plan.end << " s";
+    line << "ended early: " << steps_done(built.simulation, result.reached)
+         << ", t = " << *result.ended_at << " s of " << plan.end << " s";
   if (result.jumps > 0)
     line << (result.ended_at ? "; " : "steps: ") << result.steps << " of " << result.reached
          << " computed (the others were skipped: exact motion, no contact near)";

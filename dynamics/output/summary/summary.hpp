@@ -21,6 +21,9 @@ struct Balance {
 };
 Balance balance(const RunResult& result);
 
+// "3 of 100 steps"; in statics of load steps, counted from the first before time 0.
+std::string steps_done(const Simulation& simulation, Index reached);
+
 // Before the first step: instances, dofs, steps and their limits. is_again: instances have been
 // reported.
 void announce(const BuiltScene& built, bool is_again, Report& report);

@@ -64,6 +64,16 @@ TEST_F(Summary, SaysBeforeTheStepsWhatIsToBeDone) {
   EXPECT_LT(text.find("instance left"), text.find("steps: 100")) << text;
 }
 
+TEST_F(Summary, CountsAllLoadStepsOfStatics) {
+  const std::string scene = instances("mesh", "position: [1.5, 0, 0]") +
+                            "boundary: [{instance: left, nodes: x_min, fix: [x, y, z]}, "
+                            "{instance: right, nodes: x_min, fix: [x, y, z]}]\n";
+  EXPECT_TRUE(has(said(scene + "time: {static: true, end: 1, step: 0.5}\n"),
+                  "\nload steps: 3, from t = 0 every 0.5 s to t = 1 s, 162 dofs in 2 instances\n"));
+  EXPECT_TRUE(has(said(scene + "time: {static: true, preload: 4, end: 1, step: 0.5}\n"),
+                  "\nload steps: 7 (4 before t = 0), from t = 0 every 0.5 s to t = 1 s, 162"));
+}
+
 // Of basis characteristic; nobody reduces such a file again when the scene changes.
 TEST_F(Summary, AFileAloneThatWasMadeForLessIsWarnedOf) {
   const auto file = folder_.folder() / "alone.yaml";
