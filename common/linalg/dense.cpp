@@ -195,6 +195,7 @@ Matrix SymmetricEigen::root() const {
 }
 
 SymmetricEigen symmetric_eigen(const Matrix& A) {
+  if (A.size() == 0) return {Vector(0), Matrix(0, 0)};  // Eigen would read the first entry
   return taken(Eigen::SelfAdjointEigenSolver<Matrix>(A));
 }
 
@@ -209,6 +210,7 @@ SymmetricEigen tridiagonal_eigen(const Vector& diagonal, const Vector& beside) {
 }
 
 SymmetricEigen generalized_eigen(const Matrix& K, const Matrix& M) {
+  if (K.size() == 0) return {Vector(0), Matrix(0, 0)};
   return taken(Eigen::GeneralizedSelfAdjointEigenSolver<Matrix>(K, M));
 }
 

@@ -109,6 +109,33 @@ TEST_F(OfScene, FreeInstancesHaveSixRigidMotions) {
                 1e-8 * found[1].frequency_hz[j]);
 }
 
+// Six frequencies of a heavy body at the end of a light beam: omega^2 = k / m, with 1e-7 of the
+// mass in the beam. They are 1e-11 and less of the beam's own.
+TEST_F(OfScene, HeavyPointsHaveLowFrequencies) {
+  folder.add("fine.exo", test::block_mesh({{60, 2, 2}, {1, 0.1, 0.1}}));
+  const auto found = [&](const std::string& mesh, const std::string& power) {
+    const std::string m = "1.0e+" + power;
+    return modes(scene(mesh,
+                       "interface: [x_min, x_max], modes: 9}, points: {p: {surface: x_max, "
+                       "coupling: rigid, mass: " +
+                           m + ", inertia: [" + m + ", " + m + ", " + m + "]}",
+                       held),
+                 8);
+  };
+  double worst = 0;
+  for (const char* mesh : {"beam.exo", "fine.exo"}) {
+    const auto light = found(mesh, "5"), heavy = found(mesh, "9");
+    for (std::size_t i = 0; i < 2; ++i) {
+      EXPECT_GT(light[i].frequency_hz[6], 1e3 * light[i].frequency_hz[5]);
+      for (Index j = 0; j < 6; ++j)
+        worst = std::max(worst,
+                         std::abs(100 * heavy[i].frequency_hz[j] / light[i].frequency_hz[j] - 1));
+    }
+  }
+  EXPECT_LT(worst, 1e-7);
+  std::printf("heavy points: %.1e\n", worst);
+}
+
 // Torsion of a free square bar of quadratic hexes, which lumped mass slows by 12 %: half a wave of
 // sqrt(G J / (rho I)).
 TEST_F(OfScene, QuadraticMeshesHaveConsistentMass) {

@@ -14,8 +14,6 @@ namespace {
 // Shift for free meshes, relative to mean stiffness over mass: far below elastic modes, far above
 // round-off.
 constexpr double shift = 1e-9;
-// Relative to the shift: rigid motions have eigenvalues of its round-off.
-constexpr double rigid_share = 1e-3;
 // Shift of the residual series for a mesh with rigid motions, relative to the lowest elastic
 // eigenvalue, so that rigid motions do not dominate it.
 constexpr double series_shift = 0.1;
@@ -54,11 +52,19 @@ Eigenpairs lowest_pairs(const SparseMatrix& K, const SparseMatrix& M, const Spar
     if (!pairs.converged) throw RunError(where + ": the frequencies of the mesh did not converge");
     if (k == n || (wanted.count && wanted.up_to_hz == 0)) return pairs;
     const double last = pairs.lambda[k - 1];
-    if ((wanted.count || last > highest) && last > -rigid_share * sigma) return pairs;
+    if ((wanted.count || last > highest) &&
+        last > round_off_of_energy(K, pairs.Phi.rightCols(1))[0])
+      return pairs;
   }
 }
 
 }  // namespace
+
+Vector round_off_of_energy(const SparseMatrix& K, const Matrix& Phi) {
+  const Matrix size = Phi.cwiseAbs();
+  const SparseMatrix K_size = K.cwiseAbs();
+  return energy_round_off * size.cwiseProduct(K_size * size).colwise().sum().transpose();
+}
 
 std::shared_ptr<Superelement> mesh_nodes(const MeshedComponent& component) {
   auto s = std::make_shared<Superelement>();
@@ -89,12 +95,10 @@ MeshModes mesh_modes(const MeshedComponent& component, const std::vector<HeldDir
   if (K.rows() > 0) {
     const double sigma = -shift * K.diagonal().sum() / M.diagonal().sum();
     auto factor = std::make_shared<SparseCholesky>(SparseMatrix(K - sigma * M));
-    if (!factor->ok())
-      throw RunError(where + ": " + no_factor);
+    if (!factor->ok()) throw RunError(where + ": " + no_factor);
     const Eigenpairs pairs = lowest_pairs(K, M, *factor, sigma, wanted, where);
-    form->omega.resize(pairs.lambda.size());
-    for (Index j = 0; j < form->omega.size(); ++j)
-      form->omega[j] = pairs.lambda[j] > -rigid_share * sigma ? std::sqrt(pairs.lambda[j]) : 0;
+    form->omega = (pairs.lambda.array() > round_off_of_energy(K, pairs.Phi).array())
+                      .select(pairs.lambda.cwiseMax(0).cwiseSqrt(), 0);
     form->n_rigid = (form->omega.array() == 0).count();
     Phi = Z * pairs.Phi;
     modes.factor_ = factor;

@@ -2,6 +2,7 @@
 // The lowest modes of a full mesh, for frequencies, mode shapes and harmonic response.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -43,6 +44,12 @@ struct MeshModes {
 inline constexpr const char* no_factor =
     "the mesh has motions without stiffness and mass, as elements of reduced integration in a row "
     "have (C3D20R): mesh two across, or give element: hex8, which integrates them in full";
+
+// Round-off of phi . K phi, relative to |phi| . |K| |phi|. Rigid motions of free meshes had up to a
+// twelfth of it.
+inline constexpr double energy_round_off = 4 * std::numeric_limits<double>::epsilon();
+// Its bound for each column of Phi (n x k): a smaller eigenvalue is one of a motion without strain.
+Vector round_off_of_energy(const SparseMatrix& K, const Matrix& Phi);
 
 // RunError, with `where`: no convergence, or motions without stiffness and mass.
 MeshModes mesh_modes(const MeshedComponent& component, const std::vector<HeldDirection>& held,

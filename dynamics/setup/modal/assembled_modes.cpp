@@ -45,9 +45,7 @@ class Assembled {
     if (!pairs.converged)
       throw RunError("the frequencies of the joined instances did not converge");
     AssembledModes modes;
-    modes.lambda = pairs.lambda;
-    for (double& lambda : modes.lambda)
-      if (lambda < rigid_share * lowest_) lambda = 0;
+    modes.lambda = energies(pairs);
     for (const Part& part : parts_) {
       const Matrix x = pairs.Phi.middleRows(part.first, part.size);
       modes.shapes.push_back(part.mesh != nullptr ? Matrix(part.mesh->Z * x) : x);
@@ -194,6 +192,31 @@ class Assembled {
     B += by_ties;
   }
 
+  // Of each mode, m x modes: Phi = (lambda - sigma) (y + D^-1 A^T p)
+  Matrix tie_forces(const Eigenpairs& pairs) const {
+    Matrix y = M_ * pairs.Phi;
+    solve_apart(y);
+    return carried(y) * Vector(pairs.lambda.array() - sigma_).asDiagonal();
+  }
+
+  // phi . K phi by the parts and ties: pairs.lambda has the round-off of the shift, and its shapes
+  // have it in their strains. 0 within that and the round-off of the sum.
+  Vector energies(const Eigenpairs& pairs) const {
+    const Matrix p = tie_forces(pairs);
+    Vector energy = p.cwiseProduct(S_ * p).colwise().sum().transpose();
+    Vector least = Vector::Constant(energy.size(), energy_round_off * lowest_);
+    for (const Part& part : parts_) {
+      const Matrix x = pairs.Phi.middleRows(part.first, part.size);
+      if (part.mesh == nullptr) {
+        energy += x.cwiseAbs2().transpose() * part.body->omega().cwiseAbs2();
+        continue;
+      }
+      energy += x.cwiseProduct(part.mesh->K * x).colwise().sum().transpose();
+      least += round_off_of_energy(part.mesh->K, x);
+    }
+    return (energy.array() > least.array()).select(energy, 0);
+  }
+
   Vector damping(const Eigenpairs& pairs) const {
     const Vector omega = pairs.lambda.cwiseMax(0).cwiseSqrt();
     Vector c = Vector::Zero(omega.size());
@@ -207,11 +230,7 @@ class Assembled {
       c += of_mesh(of.damping, *parts_[i].mesh, x, omega);
     }
     if (dashpots_.empty()) return c;
-    Matrix y = M_ * pairs.Phi;
-    solve_apart(y);
-    // Phi = (lambda - sigma) (y + D^-1 A^T p)
-    const Matrix p = carried(y) * Vector(pairs.lambda.array() - sigma_).asDiagonal();
-    y = A_ * pairs.Phi + S_bodies_ * p;
+    const Matrix y = A_ * pairs.Phi + S_bodies_ * tie_forces(pairs);
     for (const Dashpots& of : dashpots_) {
       const Matrix r = of.B.transpose() * y(of.rows, Eigen::all);
       c += r.cwiseProduct(of.C * r).colwise().sum().transpose();

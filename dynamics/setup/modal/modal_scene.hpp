@@ -94,9 +94,6 @@ struct Dashpots {
   Matrix6 C;
 };
 
-// Eigenvalues below this fraction of the lowest elastic one of the parts are rigid motions.
-constexpr double rigid_share = 1e-8;
-
 struct ModalScene {
   Scene scene;
   BuiltScene built;

@@ -20,8 +20,8 @@ constexpr Index fewest_modes = 7;
 // Compliance of ties below this fraction of the softest mode's is neglected: the tie then
 // constrains the modes.
 constexpr double no_compliance = 1e-9;
-// Tolerance if all parts are rigid and have no elastic frequency: relative to the softest tie, and
-// to the highest frequency.
+// If all parts are rigid and have no elastic frequency: relative to the softest tie, and of an
+// eigenvalue to the highest one.
 constexpr double round_off = 1e-14;
 
 // Groups of bodies joined by ties, ordered by their first.
@@ -108,10 +108,10 @@ Joined join(const ModalScene& scene, const std::vector<Index>& bodies) {
   return joined;
 }
 
-double lowest_elastic(const Vector& lambda) {
+double lowest_above(const Vector& lambda, double limit) {
   double lowest = std::numeric_limits<double>::infinity();
   for (const double l : lambda)
-    if (l > 0) lowest = std::min(lowest, l);
+    if (l > limit) lowest = std::min(lowest, l);
   return lowest;
 }
 
@@ -124,15 +124,15 @@ struct Modes {
 // Ties with compliance are springs, p = -S^-1 A eta; others are constraints, A eta = 0.
 Modes modes_of(const Joined& joined, Index count) {
   const Index n = joined.lambda.size();
-  const double lowest = lowest_elastic(joined.lambda);
+  const double lowest = lowest_above(joined.lambda, 0);
   const bool is_elastic = std::isfinite(lowest);
   const SymmetricEigen compliance = symmetric_eigen(joined.S(joined.stiff, joined.stiff));
   const Matrix A = compliance.vectors.transpose() * joined.A(joined.stiff, Eigen::all);
-  const double least = is_elastic     ? no_compliance * A.squaredNorm() / lowest
-                       : A.rows() > 0 ? round_off * compliance.values.maxCoeff()
-                                      : 0;
+  const double soft = is_elastic     ? no_compliance * A.squaredNorm() / lowest
+                      : A.rows() > 0 ? round_off * compliance.values.maxCoeff()
+                                     : 0;
   std::vector<Index> held, springs;
-  for (Index i = 0; i < A.rows(); ++i) (compliance.values[i] > least ? springs : held).push_back(i);
+  for (Index i = 0; i < A.rows(); ++i) (compliance.values[i] > soft ? springs : held).push_back(i);
   Matrix K = joined.lambda.asDiagonal();
   const Vector stiffness = Vector(compliance.values(springs)).cwiseInverse();
   const Matrix B = A(springs, Eigen::all);
@@ -143,22 +143,28 @@ Modes modes_of(const Joined& joined, Index count) {
   if (!pairs.converged) throw RunError("the frequencies of the tied instances did not converge");
   Modes modes;
   count = std::min(count, static_cast<Index>(pairs.values.size()));
-  modes.shapes = Z * pairs.vectors.leftCols(count);
-  modes.lambda.resize(count);
+  // By the parts: K has the round-off of its highest frequency
+  const auto energies = [&](const Matrix& X) {
+    const Matrix stretch = B * X;
+    return Matrix(X.transpose() * joined.lambda.asDiagonal() * X +
+                  stretch.transpose() * stiffness.asDiagonal() * stretch);
+  };
+  // So the shapes up to the lowest elastic frequency of the parts are found again among themselves
+  const double highest = pairs.values.size() > 0 ? pairs.values.maxCoeff() : 0,
+               next = is_elastic ? lowest : lowest_above(pairs.values, round_off * highest);
+  const Index n_low = (pairs.values.array() <= next).count();
+  Matrix shapes = Z * pairs.vectors;
+  shapes.leftCols(n_low) *= symmetric_eigen(energies(shapes.leftCols(n_low))).vectors;
+  modes.shapes = shapes.leftCols(count);
+  modes.lambda = energies(modes.shapes).diagonal();
+  // Round-off among these, and of what the others leave in them
+  const double left = energy_round_off * highest,
+               least = energy_round_off * next + left * left / next;
+  modes.lambda = (modes.lambda.array() > least).select(modes.lambda, 0);
   modes.forces = Matrix::Zero(joined.A.rows(), count);
   if (!springs.empty())
     modes.forces(joined.stiff, Eigen::all) =
         -compliance.vectors(Eigen::all, springs) * (stiffness.asDiagonal() * (B * modes.shapes));
-  const double rigid = is_elastic  ? rigid_share * lowest
-                       : count > 0 ? round_off * pairs.values.maxCoeff()
-                                   : 0;
-  for (Index j = 0; j < count; ++j) {
-    // By the Rayleigh quotient in parts: K has round-off of its highest frequency
-    const Vector eta = modes.shapes.col(j);
-    double lambda = joined.lambda.dot(eta.cwiseAbs2());
-    if (!springs.empty()) lambda += stiffness.dot((B * eta).cwiseAbs2());
-    modes.lambda[j] = lambda > rigid ? lambda : 0;
-  }
   return modes;
 }
 
