@@ -71,8 +71,7 @@ Look look_at_wall(const ContactPair& pair, const Simulation& sim) {
 
 void warn_of_backs(const ContactPair& pair, const Simulation& sim, const std::vector<Box>& boxes,
                    Report& report) {
-  if (pair.law.law == ContactLaw::tied || pair.of_all || pair.slave->area_vectors.rows() == 0)
-    return;
+  if (pair.law.law == ContactLaw::tied || pair.slave->area_vectors.rows() == 0) return;
   const Look look = pair.wall ? look_at_wall(pair, sim) : look_at_faces(pair, sim);
   if (look.in_front) return;
   if (look.opposed) {  // look_for_overlaps() reports overlapping bodies
@@ -185,12 +184,12 @@ void warn_of_odd_scenes(const Scene& scene, const BuiltScene& built, Report& rep
   std::set<std::pair<Index, Index>> looked_at;
   for (std::size_t p = 0; p < std::min(sim.pairs.size(), most_pairs); ++p) {
     const ContactPair& pair = sim.pairs[p];
-    warn_of_backs(pair, sim, boxes, report);
+    // Of many instances most may be distant from some and near to others
+    const bool is_alone = !pair.of_all || built.instances.size() == 2;
+    if (is_alone && !(pair.of_all && pair.wall)) warn_of_backs(pair, sim, boxes, report);
     if (pair.wall) continue;
     const std::pair<Index, Index> two = std::minmax(sim.contact_nodes[pair.slave->body].body,
                                                     sim.contact_nodes[pair.master->body].body);
-    // Of many instances most may be distant from some and near to others
-    const bool is_alone = !pair.of_all || built.instances.size() == 2;
     if (is_alone && two.first != two.second && two.second < static_cast<Index>(boxes.size()) &&
         looked_at.insert(two).second)
       warn_of_unit(scene, boxes, static_cast<std::size_t>(two.first),

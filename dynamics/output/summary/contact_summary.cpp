@@ -7,6 +7,7 @@
 
 #include "common/base/format_text.hpp"
 #include "common/scene/scene_words.hpp"
+#include "dynamics/setup/built/instance_elements.hpp"
 
 namespace cbr {
 namespace {
@@ -149,17 +150,30 @@ void residual_warning(const ContactPair& pair, Report& report) {
         ": not all gaps could be closed or opened (complementarity residual above 1e-6)");
 }
 
-// Statics can separate overlapping elastic bodies, but not free rigid ones.
-std::string cure_of_overlap(const BuiltScene& built, const ContactPair& pair) {
+// What is wrong, and its cure. Instances that are apart have nothing in common: one is behind the
+// faces of the other. Statics can separate overlapping elastic bodies, but not free rigid ones.
+std::string overlap_text(const BuiltScene& built, const ContactPair& pair, double overlap) {
   bool rigid = false, turns = false;
-  for (const Index b : {pair.slave->body, pair.master->body}) {
-    const Index i = built.simulation.contact_nodes[b].body;
+  const auto box_of = [&](const ContactSurface& surface) {
+    const Index i = built.simulation.contact_nodes[surface.body].body;
     rigid |= built.instances[i].is_rigid;
     turns |= built.simulation.bodies[i]->turns();
-  }
-  if (rigid) return ", and rigid bodies may jam: move the instances apart (position)";
-  return turns ? ": move the instances apart (position)"
-               : ": move the instances apart (position), or take overlap: resolve";
+    return extents(*built.simulation.bodies[i], built.instances[i]);
+  };
+  const auto slave = box_of(*pair.slave), master = box_of(*pair.master);
+  if (!pair.wall && !slave.meets(master))
+    return format_text(
+        ": the surfaces face away from each other: nodes start %.3g behind the "
+        "faces of an instance that is apart from theirs: turn or mirror one, or "
+        "name both surfaces (of shells, BLOCK.back has the other side)",
+        overlap);
+  const std::string text = format_text(
+      ": the surfaces overlap by %.3g at the start; nodes that overlap are held where "
+      "they are, not pushed out",
+      overlap);
+  if (rigid) return text + ", and rigid bodies may jam: move the instances apart (position)";
+  return text + ": move the instances apart (position)" +
+         (turns ? "" : ", or take overlap: resolve");
 }
 
 }  // namespace
@@ -169,12 +183,7 @@ void warn_of_initial_overlaps(const BuiltScene& built, Report& report) {
     if (pair.resolves_overlap) continue;  // statics remove the overlap
     const double overlap = initial_overlap(pair);
     if (!(overlap > std::max(1e-6 * pair.master->size, pair.adjust.value_or(0)))) continue;
-    report.warning(
-        "contact " + pair.name +
-        format_text(": the surfaces overlap by %.3g at the start; nodes that overlap are "
-                    "held where they are, not pushed out",
-                    overlap) +
-        cure_of_overlap(built, pair));
+    report.warning("contact " + pair.name + overlap_text(built, pair, overlap));
   }
 }
 

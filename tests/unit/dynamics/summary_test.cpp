@@ -11,6 +11,7 @@
 #include "dynamics/program.hpp"
 #include "reducer/command.hpp"
 #include "tests/support/scene_run.hpp"
+#include "tests/support/shelled_scene.hpp"
 
 namespace cbr::test::summary_test {
 namespace {
@@ -24,9 +25,8 @@ class Summary : public ::testing::Test {
     const auto file = folder_.folder() / "scene.yaml";
     std::ofstream(file)
         << "materials: {soft: {youngs_modulus: 1.0e4, poissons_ratio: 0.25, density: 1}}\n"
-           "components: {block: {mesh: block.exo, material: soft, mass: consistent, reduction: "
-           "{interface: [x_min, "
-           "x_max], modes: 6}}}\n"
+           "components: {block: {"
+        << component_ << "}}\n"
         << scene;
     ReduceCommand command;
     command.input = file.string();
@@ -50,6 +50,9 @@ class Summary : public ::testing::Test {
   }
 
   SceneFolder folder_;
+  std::string component_ =
+      "mesh: block.exo, material: soft, mass: consistent, reduction: {interface: [x_min, x_max], "
+      "modes: 6}";
 };
 
 bool has(const std::string& text, const std::string& part) {
@@ -72,6 +75,26 @@ TEST_F(Summary, CountsAllLoadStepsOfStatics) {
                   "\nload steps: 3, from t = 0 every 0.5 s to t = 1 s, 162 dofs in 2 instances\n"));
   EXPECT_TRUE(has(said(scene + "time: {static: true, preload: 4, end: 1, step: 0.5}\n"),
                   "\nload steps: 7 (4 before t = 0), from t = 0 every 0.5 s to t = 1 s, 162"));
+}
+
+// Shells have one side each. With contact of all, a surface behind the other is no overlap.
+TEST_F(Summary, WarnsOfShellsThatFaceAway) {
+  folder_.add("plate.exo", shelled::plate(Faces::quads, 4, 4, 1, 1));
+  component_ = "mesh: plate.exo, material: soft, blocks: {plate: {thickness: 0.01}}";
+  const auto warned = [&](const std::string& height, bool reversed) {
+    const std::string down = "rotation: [180, 0, 0]", beside = "position: [0, 1, ",
+                      text = said("instances:\n  left: {component: block, as: mesh" +
+                                  (reversed ? ", " + down + ", " + beside + "0]" : "") +
+                                  "}\n  right: {component: block, as: mesh, " +
+                                  (reversed ? "position: [0, 0, " : down + ", " + beside) + height +
+                                  "]}\ncontact: all\ntime: {end: 1.0e-3}\n");
+    EXPECT_FALSE(has(text, "overlap by")) << text;
+    return has(text, ": the surfaces face away from each other");
+  };
+  for (const std::string height : {"0.1", "1"}) {
+    EXPECT_TRUE(warned(height, true)) << height;
+    EXPECT_FALSE(warned(height, false)) << height;
+  }
 }
 
 // Of basis characteristic; nobody reduces such a file again when the scene changes.
