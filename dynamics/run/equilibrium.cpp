@@ -20,6 +20,8 @@ namespace {
 // if round-off or a node at the edge of a face prevents further convergence.
 constexpr double aim = 1e-8, enough = 1e-5;
 constexpr Index patience = 20;
+// The summary warns above it.
+constexpr double good_residual = 1e-6;
 // Iterations that search anew from the start of the load step. Later ones reuse a search:
 // projections that alternate between facets would change normals, and forces, without end.
 constexpr Index new_searches = 10;
@@ -148,6 +150,7 @@ double Equilibrium::iterate(double t, double share) {
   most_way_ = first_way();
   most_change_ = 0;
   moves_.resize(0);
+  for (auto& [pair, memory] : memories_) memory.gap = 0;
   slides_.assign(sim_.bodies.size(), {});
   for (std::size_t c = 0; c < here_.size(); ++c) here_[c] = state_.bodies[c].start;
   Change change;
@@ -361,12 +364,13 @@ void Equilibrium::solve_group(const std::vector<Index>& pairs, const std::vector
   if (std::any_of(group.bodies.begin(), group.bodies.end(), [&](Index b) {
         return b < static_cast<Index>(forces_.size()) && bends(static_cast<std::size_t>(b));
       }))
-    memories_[pairs.front()] = StaticMemory();
+    memories_[pairs.front()] = {.gap = memories_[pairs.front()].gap};
   StaticResult result =
       enforce_static(group.list, group.laws, group.guess, floating_, columns, loads_, largest_load_,
                      most_way_, state_.bodies, searches, memories_[pairs.front()]);
   for (const Index b : group.bodies) give(b);
   move(columns, result, change);
+  change.residual = std::max(change.residual, result.of_points.residual);
   solved.result = std::move(result.of_points);
   if (group.list.empty()) {
     for (const ContactSearch& of : group.searches) forget(*of.memory);
@@ -430,8 +434,9 @@ bool Equilibrium::is_done(const Change& change) {
   if (iteration_ >= patience && change.moved <= still * reach_) return true;
   if (change.balances && iteration_ > 1) {
     if (stands(aim) || change.moved <= round_off * reach_) return true;
-    // No elastic change: unconstrained motions drift by round-off
-    if (change.change <= aim * aim * scale && closed_ == closed_before_) return true;
+    // No elastic change: unconstrained motions drift by round-off, once they have closed the gaps
+    const bool holds = change.residual <= good_residual || iteration_ >= patience;
+    if (holds && change.change <= aim * aim * scale && closed_ == closed_before_) return true;
     if (iteration_ >= patience && stands(enough)) return true;
   }
   if (iteration_ >= most_iterations) {

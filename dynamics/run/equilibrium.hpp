@@ -68,7 +68,7 @@ class Equilibrium {
   // longest motion of a contact node, now and since the start of the load step. Whether forces are
   // in equilibrium.
   struct Change {
-    double change = 0, energy = 0, moved = 0, displaced = 0;
+    double change = 0, energy = 0, moved = 0, displaced = 0, residual = 0;
     std::size_t body = 0;
     bool balances = true;
   };

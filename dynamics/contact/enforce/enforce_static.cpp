@@ -226,7 +226,8 @@ StaticResult enforce_static(const ContactList& list, const std::vector<PointLaw>
   }
   result.of_points.p = unpack(solution.p, laws);
   result.of_points.gap = unpack(solution.gap, laws);
-  result.of_points.residual = share_of_gaps(solution.violation, solution.scale, list, bodies);
+  memory.gap = std::max(memory.gap, solution.scale);
+  result.of_points.residual = share_of_gaps(solution.violation, memory.gap, list, bodies);
   result.of_points.fallback = solution.fallback;
   result.moves = std::move(moves);
   result.left = std::move(solution.left);

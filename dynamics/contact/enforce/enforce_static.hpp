@@ -25,6 +25,9 @@ struct StaticMemory {
   SparseMatrix A;   // of ContactUnknowns; empty: every point is an unknown
   Vector diagonal;  // of A^T W A
   std::shared_ptr<StaticSystem> system;
+  // The largest gap of this load step, to which the residual is relative: gaps of late iterations
+  // are round-off where bodies float without a force
+  double gap = 0;
 };
 
 // Rows of points that a dense W serves.

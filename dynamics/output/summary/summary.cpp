@@ -66,18 +66,25 @@ double longest_way(const RunResult& result) {
 // Bound of the energy error by round-off. Gaps are closed to the last digits of positions, some eps
 // times the reach per step h, velocities to some eps reach / h. The energy is half the mass times
 // that squared. Statics have no h: m omega^2 is the largest stiffness for the same digits. Its
-// force does work along the path of prescribed motions.
+// force does work along the path of prescribed motions. Strains after load steps are differences
+// of the displacements that these have left.
 double round_off_energy(const BuiltScene& built, const RunResult& result) {
   const Simulation& sim = built.simulation;
-  double reach = 0, inertia = 0;
-  for (const auto& body : sim.bodies)
+  constexpr double eps = 64 * std::numeric_limits<double>::epsilon();
+  const double way = longest_way(result);
+  double reach = 0, inertia = 0, left = 0;
+  for (const auto& body : sim.bodies) {
     reach = std::max(reach, body->reference_positions().cwiseAbs().maxCoeff());
+    Points u, v;
+    if (sim.preload > 0) body->displacements(u, v);
+    if (u.size() > 0) left = std::max(left, u.cwiseAbs().maxCoeff() - way);
+  }
   for (std::size_t i = 0; i < built.instances.size(); ++i) {
     const double rate = sim.is_static ? sim.bodies[i]->largest_frequency() : 1 / sim.plan.h;
     if (std::isfinite(rate)) inertia += built.instances[i].mass * rate * rate;
   }
-  const double digits = 64 * std::numeric_limits<double>::epsilon() * reach;
-  return 0.5 * inertia * digits * (digits + (sim.is_static ? 2 * longest_way(result) : 0));
+  const double digits = eps * reach;
+  return 0.5 * inertia * (digits * (digits + (sim.is_static ? 2 * way : 0)) + eps * left * left);
 }
 
 bool is_energy_kept(const BuiltScene& built, const RunResult& result, const Balance& b) {

@@ -77,6 +77,22 @@ TEST_F(Summary, CountsAllLoadStepsOfStatics) {
                   "\nload steps: 7 (4 before t = 0), from t = 0 every 0.5 s to t = 1 s, 162"));
 }
 
+// Without forces at the end: nothing elastic changes while a body still leaves the other.
+TEST_F(Summary, FreeBodiesLeaveTheirOverlapWithoutAWarning) {
+  for (const std::string as : {"mesh", "superelement"})
+    for (const std::string place : {"0, 0", "0.1, 0.05", "0.2, 0.1"}) {
+      const std::string scene =
+          instances(as, "position: [0.96, " + place + "]") +
+          "contact: [{between: [left.x_max, right.x_min], overlap: resolve}]\n";
+      for (const std::string time : {"static: true, end: 1, step: 1", "end: 0.01"}) {
+        const std::string text = said(scene + "time: {" + time + "}\n");
+        EXPECT_TRUE(has(text, "; initial overlap 0.04")) << text;
+        EXPECT_FALSE(has(text, "cbr-dyn: warning: contact")) << text;
+        EXPECT_FALSE(has(text, "does not close")) << text;
+      }
+    }
+}
+
 // Shells have one side each. With contact of all, a surface behind the other is no overlap.
 TEST_F(Summary, WarnsOfShellsThatFaceAway) {
   folder_.add("plate.exo", shelled::plate(Faces::quads, 4, 4, 1, 1));
