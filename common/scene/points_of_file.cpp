@@ -38,8 +38,8 @@ void add_points_of_deck(Component& component) {
   std::error_code error;
   if (!may_hold_materials(component.mesh) ||
       !std::filesystem::is_regular_file(component.mesh, error) ||
-      !deck_holds(component.mesh,
-                  {"RBE2", "RBE3", "CONM2", "*COUPLING", "*RIGIDBODY", "*MASS", "*ROTARYINERTIA"}))
+      !deck_holds(component.mesh, {"RBE2", "RBE3", "CONM2", "*COUPLING", "*RIGIDBODY", "*MASS",
+                                   "*ROTARYINERTIA", "*DISTRIBUTINGCOUPLING"}))
     return;
   for (const auto& [name, point] : read_mesh(component.mesh).points)
     component.points[name] = {point, {point.file, static_cast<int>(point.line)}};

@@ -245,7 +245,8 @@ class AbaqusMesh {
     const auto n = std::count(of.motions.begin(), of.motions.begin() + least, true);
     if (n != 0 && n != static_cast<std::ptrdiff_t>(least))
       of.place.fail("*COUPLING joins some of the motions 1 to " + std::to_string(least) +
-                    ", expected all: other joints are links of the scene (links)");
+                    ": not in this version; use all of them, or a point of the set (*DISTRIBUTING) "
+                    "and a link of the scene from it (links[].fix)");
     for (const InpSurface& surface : file_.surfaces)
       if (in_capitals(surface.name) == of.set) return surface.name;
     const auto found = file_.nsets.find(of.set);

@@ -31,8 +31,8 @@ inline constexpr const char
         "not in this version: a scene has points that move with a set "
         "(points: coupling), links between them, and tied contact",
     *instead_of_points =
-        "take it out: a scene has points that move with a set, and may have a "
-        "mass (components.NAME.points: coupling, mass)",
+        "not in this version; use RBE2, RBE3 or *COUPLING, or take it out: a scene has points "
+        "that move with a set, and may have a mass (components.NAME.points: coupling, mass)",
     *instead_of_springs =
         "take it out: a scene has springs, dashpots and joints between points (links)",
     *instead_of_gaps = "take it out: a scene has contact between surfaces (contact)";

@@ -40,8 +40,9 @@ std::optional<InpType> inp_type(const std::string& word) {
       {"R3D", faces},
       {"S", faces}};
   static const std::map<std::string, int> lines = {
-      {"T3D2", 2}, {"T3D3", 3}, {"T2D2", 2}, {"T2D3", 3}, {"B31", 2},  {"B31R", 2},   {"B32", 3},
-      {"B32R", 3}, {"B33", 2},  {"B21", 2},  {"B22", 3},  {"MASS", 1}, {"ROTARYI", 1}};
+      {"T3D2", 2}, {"T3D3", 3}, {"T2D2", 2},    {"T2D3", 3},   {"B31", 2},
+      {"B31R", 2}, {"B32", 3},  {"B32R", 3},    {"B33", 2},    {"B21", 2},
+      {"B22", 3},  {"MASS", 1}, {"ROTARYI", 1}, {"DCOUP3D", 1}};
   if (const auto line = lines.find(word); line != lines.end())
     return InpType{std::nullopt, line->second};
   for (const Family& family : families) {
@@ -104,7 +105,8 @@ class InpReader {
     if (name == "PART" || name == "ASSEMBLY" || name == "INSTANCE") open_.push_back(name);
     if (!open_.empty() && name == "END" + open_.back()) open_.pop_back();
     waits_for_data_.clear();
-    if (is_among("NODE ELEMENT NSET ELSET SURFACE ELASTIC DENSITY ORIENTATION MASS ROTARYINERTIA",
+    if (is_among("NODE ELEMENT NSET ELSET SURFACE ELASTIC DENSITY ORIENTATION MASS ROTARYINERTIA "
+                 "DISTRIBUTINGCOUPLING",
                  name))
       waits_for_data_ = name;
     if (name == "ASSEMBLY" || name == "ENDASSEMBLY") in_assembly_ = name == "ASSEMBLY";
@@ -140,6 +142,7 @@ class InpReader {
     if (name == "DAMPING" && material_ != nullptr) begin_damping(keyword);
     if (name == "COUPLING" || name == "RIGIDBODY") begin_constraint(keyword);
     if (name == "KINEMATIC" || name == "DISTRIBUTING") begin_motions(keyword);
+    if (name == "DISTRIBUTINGCOUPLING") begin_distribution(keyword);
     if (name == "MASS" || name == "ROTARYINERTIA") begin_mass(keyword);
     if (!is_read(keyword)) drop(keyword);
   }
@@ -151,8 +154,9 @@ class InpReader {
   // Read, or without effect: titles, output requests, and ends.
   bool is_read(const InpKeyword& keyword) const {
     if (is_among("NODE ELEMENT NSET ELSET SURFACE MATERIAL ELASTIC DENSITY PART ASSEMBLY INSTANCE "
-                 "ORIENTATION COUPLING KINEMATIC DISTRIBUTING RIGIDBODY MASS ROTARYINERTIA HEADING "
-                 "PREPRINT RESTART NODEPRINT NODEFILE ELPRINT ELFILE ELEMENTOUTPUT NODEOUTPUT "
+                 "ORIENTATION COUPLING KINEMATIC DISTRIBUTING DISTRIBUTINGCOUPLING RIGIDBODY MASS "
+                 "ROTARYINERTIA HEADING PREPRINT RESTART NODEPRINT NODEFILE ELPRINT ELFILE "
+                 "ELEMENTOUTPUT NODEOUTPUT "
                  "OUTPUT CONTACTPRINT CONTACTFILE FILEFORMAT PHYSICALCONSTANTS",
                  keyword.name))
       return true;
@@ -180,7 +184,7 @@ class InpReader {
     static const std::vector<Instead> all = {
         {instead_of_ties, {"TIE"}},
         {instead_of_equations, {"EQUATION", "MPC"}},
-        {instead_of_points, {"KINEMATICCOUPLING", "DISTRIBUTINGCOUPLING"}},
+        {instead_of_points, {"KINEMATICCOUPLING"}},
         {"not in this version: mesh the parts so that they share nodes", {"EMBEDDEDELEMENT"}},
         {"cyclic symmetry is not in this version: mesh the whole part", {"CYCLICSYMMETRYMODEL"}},
         {"not in this version: take it out; superelements of matrices are read by cbr-reduce "
@@ -236,6 +240,34 @@ class InpReader {
     };
   }
 
+  // Of CalculiX: the node of the only element DCOUP3D in ELSET follows nodes and sets, each with
+  // its weight.
+  void begin_distribution(const InpKeyword& keyword) {
+    const auto elset = file_.elsets.find(in_capitals(keyword.value("ELSET")));
+    const auto element = elset == file_.elsets.end() || elset->second.ids.size() != 1
+                             ? file_.point_elements.end()
+                             : file_.point_elements.find(elset->second.ids.front());
+    if (element == file_.point_elements.end())
+      lines_.fail("*DISTRIBUTING COUPLING without ELSET= of one element DCOUP3D before it");
+    const std::string name = "distributing_" + elset->second.name;
+    set_ = &set_named(name, file_.nsets, file_.nset_order);
+    generates_ = false;
+    take_ = [this, first = std::optional<double>()](const Fields& fields) mutable {
+      const double weight = fields.size() > 1 ? lines_.number(fields[1]) : 1;
+      if (weight != first.value_or(weight))
+        lines_.fail("unequal weights found: not in this version; use equal ones");
+      first = weight;
+      take_ids({fields[0]}, file_.nsets);
+    };
+    file_.constraints.push_back({std::to_string(element->second),
+                                 in_capitals(name),
+                                 false,
+                                 false,
+                                 true,
+                                 {},
+                                 lines_.place()});
+  }
+
   // A mass, or I11, I22, I33, I12, I13, I23, the entries of the tensor.
   void begin_mass(const InpKeyword& keyword) {
     for (const char* word : {"ORIENTATION", "TYPE"})
@@ -268,7 +300,7 @@ class InpReader {
     const std::string word = in_capitals(keyword.value("TYPE"));
     const auto type = inp_type(word);
     static const std::vector<Instead> all = {
-        {instead_of_points, {"DCOUP3D", "DCOUP2D"}},
+        {instead_of_points, {"DCOUP2D"}},
         {instead_of_springs, {"SPRINGA", "SPRING1", "SPRING2", "DASHPOTA", "DASHPOT1", "DASHPOT2"}},
         {instead_of_gaps, {"GAPUNI"}}};
     const std::string cure = cure_of(all, word);

@@ -42,7 +42,7 @@ struct InpSection {
   DeckPlace place;
 };
 
-// *COUPLING with *KINEMATIC or *DISTRIBUTING, *RIGID BODY.
+// *COUPLING with *KINEMATIC or *DISTRIBUTING, *RIGID BODY, *DISTRIBUTING COUPLING.
 struct InpConstraint {
   std::string node;  // its number or set, in capitals
   std::string set;   // a surface, or a node set, in capitals
@@ -68,8 +68,8 @@ struct InpFile {
   std::vector<InpSection> sections;
   std::vector<InpConstraint> constraints;
   std::vector<InpMass> masses;
-  // Elements MASS and ROTARYI: id -> node; below 0: of the assembly, which has nodes and sets of
-  // its own
+  // Elements MASS, ROTARYI and DCOUP3D: id -> node; below 0: of the assembly, which has nodes and
+  // sets of its own
   std::map<Index, Index> point_elements;
   std::map<Index, Vector3> assembly_nodes;
   std::set<Index> plane_elements;  // CPS4, CPE4, ...

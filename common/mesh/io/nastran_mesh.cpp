@@ -177,9 +177,10 @@ class NastranMesh {
     const std::string motions = cards_.text(card, 2), name = "rbe2_" + cards_.text(card, 0);
     for (const char motion : {'1', '2', '3'})
       if (motions.find(motion) == std::string::npos)
-        cards_.fail(card, name.substr(5) + " has CM = " + motions +
-                              ", expected 123456, or 123 of solids: other joints are links of the "
-                              "scene (links)");
+        cards_.fail(card,
+                    name.substr(5) + " has CM = " + motions +
+                        ", expected 123456, or 123 of solids: others are not in this version; "
+                        "use RBE3, and a link of the scene from its point (links[].fix)");
     BdfCard nodes = card;
     if (cards_.text(card, last_field(card)).find('.') != std::string::npos)
       nodes.fields.resize(last_field(card));
@@ -231,7 +232,9 @@ class NastranMesh {
     for (auto& [node, point] : joined_.points) {
       for (const Index id : points_.at(point.nodes))
         if (!used.contains(id))
-          refuse(point, id, "is a node of no element: name nodes of the mesh");
+          refuse(point, id,
+                 "is a node of no element: not in this version; use nodes of the mesh, and links "
+                 "of the scene between points (links)");
       if (ids.node(node) < 0) refuse(point, node, "is no GRID");
       if (used.contains(node) && !point.rigid)
         refuse(point, node, "is a node of an element: give it a GRID of its own");

@@ -353,6 +353,12 @@ TEST(Deck, constraintsOfDecksAreReferencePoints) {
   EXPECT_TRUE(deck.points.at("node_10").nodes == "Foot" && deck.points.at("node_10").rigid);
   EXPECT_EQ(deck.points.at("node_10").line, 17);
   EXPECT_FALSE(read_mesh(inp(coupling + "*DISTRIBUTING\n")).points.at("node_9").rigid);
+  const std::string distribution =
+      "*ELEMENT, TYPE=DCOUP3D, ELSET=D\n7, 9\n*DISTRIBUTING COUPLING, ELSET=D\n1, 2.\n";
+  const Mesh old = read_mesh(inp("*NSET, NSET=Foot\n2, 3\n" + distribution + "FOOT, 2.\n"));
+  EXPECT_TRUE(!old.points.at("node_9").rigid && *old.points.at("node_9").at == Vector3(2, 0, 0));
+  EXPECT_EQ(old.points.at("node_9").nodes, "distributing_D");
+  EXPECT_EQ(old.nodesets.at(find_nodeset(old, "distributing_D")).nodes.size(), 3U);
   // Nodes and sets of an assembly have numbers of their own
   const Mesh cae = read_mesh(put(folder, "cae.inp",
                                  "*PART, NAME=P\n*NODE\n" + nodes + tet +
@@ -395,6 +401,8 @@ TEST(Deck, constraintsOfDecksAreReferencePoints) {
            {coupling + "*DISTRIBUTING, WEIGHTING METHOD=LINEAR\n", "WEIGHTINGMETHOD=LINEAR found"},
            {coupling + "*KINEMATIC\n0, 2\n", "from 1 to 6"},
            {"*COUPLING, REF NODE=9, SURFACE=NO\n*KINEMATIC\n", "there is no set 'NO'"},
+           {distribution + "2, 1.\n", "a.inp:16: unequal weights found"},
+           {"*DISTRIBUTING COUPLING, ELSET=NO\n1, 1.\n", "without ELSET= of one element DCOUP3D"},
            {"*COUPLING, REF NODE=99, SURFACE=TOP\n*KINEMATIC\n", "no reference node 99"},
            {"*COUPLING, REF NODE=1, SURFACE=TOP\n*KINEMATIC\n", "node 1 is a node of an element"},
            {"*COUPLING, REF NODE=X, SURFACE=TOP\n*KINEMATIC\n", "there is no node set 'X'"},
