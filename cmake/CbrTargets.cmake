@@ -60,28 +60,28 @@ function(cbr_join_folders target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
 endfunction()
 
-# cbr_optimise(a.cpp ...): sources of tests that compute for long by themselves, ten seconds and more at -O0. Precompiled headers
-# are of -O0.
-function(cbr_optimise)
-  if(CBR_PRECOMPILE)
-    set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O1> SKIP_PRECOMPILE_HEADERS ON)
-  endif()
-endfunction()
-
-# Sources of tests are compiled sixteen at once, which takes less than half of the time (docs/decisions/build-time.md). So each
+# Sources of tests are compiled thirty at once, which takes less than half of the time (docs/decisions/build-time.md). So each
 # has a namespace of its own, cbr::NAME_OF_THE_FILE.
-# cbr_test(NAME SOURCES a.cpp ... LIBRARIES cbr_common [READ_TREE a.cpp ...]): one GoogleTest program, one ctest entry a test.
-# READ_TREE names the sources that read files of this tree: they alone are compiled with its path, so that all others can come
-# from a compiler cache that another clone filled.
+# cbr_test(NAME SOURCES a.cpp ... LIBRARIES cbr_common [OPTIMISED] [READ_TREE a.cpp ...]): one GoogleTest program, one ctest entry
+# a test. OPTIMISED: the tests compute for long by themselves, ten seconds and more at -O0, and have the flags of libraries.
+# READ_TREE names the sources that read files of this tree: apart, they alone are compiled with its path, so that all others can
+# come from a compiler cache that another clone filled.
 function(cbr_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LIBRARIES;READ_TREE" ${ARGN})
+  cmake_parse_arguments(ARG "OPTIMISED" "" "SOURCES;LIBRARIES;READ_TREE" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} GTest::gtest_main)
-  if(ARG_READ_TREE)
-    set_source_files_properties(${ARG_READ_TREE} PROPERTIES COMPILE_DEFINITIONS CBR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  set(tree CBR_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  if(ARG_READ_TREE AND CBR_JOIN_FOLDERS)
+    target_compile_definitions(${name} PRIVATE ${tree})
+  elseif(ARG_READ_TREE)
+    set_source_files_properties(${ARG_READ_TREE} PROPERTIES COMPILE_DEFINITIONS ${tree})
   endif()
-  cbr_target(${name} cbr_test_precompiled)
-  set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 16)
+  if(ARG_OPTIMISED)
+    cbr_target(${name})
+  else()
+    cbr_target(${name} cbr_test_precompiled)
+  endif()
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${CBR_JOIN_FOLDERS} UNITY_BUILD_BATCH_SIZE 30)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
 endfunction()
 
