@@ -4,6 +4,7 @@
 
 Needs mpirun of Open MPI and gmsh. A line per check; exit 1 when one fails.
 """
+import concurrent.futures
 import os
 import pathlib
 import signal
@@ -98,10 +99,10 @@ def reduced(where, arguments, n):
 def same(what, where, arguments, output, counts):
     try:
         reduced(where, arguments, 0)
-        (where / output).rename(where / "one.cbr.h5")
+        one = (where / output).rename(where / f"one-{output}")
         for n in counts:
             reduced(where, arguments, n)
-            tell(f"{what}, {n} process{'es' if n > 1 else ''}", "; ".join(differences(where / "one.cbr.h5", where / output)))
+            tell(f"{what}, {n} process{'es' if n > 1 else ''}", "; ".join(differences(one, where / output)))
     except RuntimeError as error:
         tell(what, str(error))
 
@@ -221,6 +222,12 @@ def ended(what, where, end):
     tell(f"{what} ({time.monotonic() - start:.1f} s, exit {run_of_two.returncode})", "; ".join(wrong))
 
 
+def ends(where):
+    ended("a process is killed", where, lambda mpirun, ranks: os.kill(ranks[1], signal.SIGKILL))
+    ended("the first process is killed", where, lambda mpirun, ranks: os.kill(ranks[0], signal.SIGKILL))
+    ended("Ctrl-C", where, lambda mpirun, ranks: os.kill(mpirun, signal.SIGINT))
+
+
 def full_disk(where):
     """The first process may write files of 64 kB at most; shared memory of MPI is a file, too, so that they speak by TCP."""
     command = [*several(2), "--mca", "btl", "self,tcp", "sh", "-c", 'ulimit -f 64; exec "$@"', "sh", REDUCE, "block.msh",
@@ -248,18 +255,15 @@ def main():
         for name, (geo, numbers) in MESHES.items():
             options = [word for i in range(0, len(numbers), 2) for word in ["-setnumber", numbers[i], numbers[i + 1]]]
             subprocess.run(["gmsh", "-3", "-v", "1", str(ROOT / geo), *options, "-o", str(where / f"{name}.msh")], check=True)
-        for what, arguments in CASES.items():
-            same(what, where, [*arguments, *STEEL, "-o", "part.cbr.h5"], "part.cbr.h5", (1, 2, 3) if "20" in arguments else (2, 3))
         (where / "loaded.yaml").write_text(LOADED)
-        same("a load inside, residual vectors, the motion inside", where, ["loaded.yaml", "-q"], "plate.cbr.h5", (2, 3))
-        domains(where)
-        impact(where)
-        refusals(where)
-        full_disk(where)
-        second_fails_alone(where)
-        ended("a process is killed", where, lambda mpirun, ranks: os.kill(ranks[1], signal.SIGKILL))
-        ended("the first process is killed", where, lambda mpirun, ranks: os.kill(ranks[0], signal.SIGKILL))
-        ended("Ctrl-C", where, lambda mpirun, ranks: os.kill(mpirun, signal.SIGINT))
+        # mpirun waits for most of its time: three pieces at once
+        with concurrent.futures.ThreadPoolExecutor(3) as pool:
+            pieces = [pool.submit(piece, where) for piece in (ends, domains, impact, refusals, full_disk, second_fails_alone)]
+            pieces += [pool.submit(same, what, where, [*arguments, *STEEL, "-o", f"part-{i}.cbr.h5"], f"part-{i}.cbr.h5",
+                                   (1, 2, 3) if "20" in arguments else (2, 3)) for i, (what, arguments) in enumerate(CASES.items())]
+            pieces.append(pool.submit(same, "a load inside, residual vectors, the motion inside", where, ["loaded.yaml", "-q"], "plate.cbr.h5", (2, 3)))
+        for piece in pieces:
+            piece.result()  # throws what a piece has thrown
     sys.exit(1 if failures else 0)
 
 
