@@ -170,11 +170,11 @@ TEST_P(Rest, OfABlockThatSlid) {
 INSTANTIATE_TEST_SUITE_P(Bodies, Rest, ::testing::ValuesIn(kinds),
                          [](const auto& info) { return info.param.name; });
 
-// A pressed block is sheared to and fro, slowly for its modes: its rim slides. Without damping it
-// rings as the shear begins, less so in a longer period.
+// A pressed block is sheared to and fro, slowly for its modes: its rim slides. With little damping
+// it rings as the shear begins, less so in a longer period.
 TEST(Microslip, TakesAsMuchAsOfTheMesh) {
   SceneFolder folder;
-  folder.add("block.exo", test::block_mesh({{6, 6, 3}, {2, 2, 1}}));
+  folder.add("block.exo", test::block_mesh({{4, 4, 2}, {2, 2, 1}}));
   const auto taken = [&](const Kind& kind, const std::string& beta, double period) {
     const RunResult result =
         folder
@@ -188,7 +188,7 @@ TEST(Microslip, TakesAsMuchAsOfTheMesh) {
     return std::array{-result.work_friction.back(), -result.work_damping.back()};
   };
   for (const std::string beta : {"0", "0.01", "0.1", "1"}) {
-    const double period = beta == "0" ? 200 : 40;
+    const double period = beta == "0" || beta == "0.01" ? 120 : 40;
     const auto [friction, damping] = taken(kinds[3], beta, period);
     EXPECT_GT(friction, 1e-4);
     for (const Kind& kind : {kinds[0], kinds[1], kinds[2]}) {
