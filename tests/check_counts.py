@@ -14,7 +14,7 @@ BOUNDS = {
     "lines of product": 85853,
     "files of product": 624,
     "lines of python/cbr": 1972,
-    "lines of tests": 65503,
+    "lines of tests": 65574,
     "files of tests": 392,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 355,

@@ -2,7 +2,9 @@
 // Contact in few pressures against contact at every node, on the same superelement.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -93,6 +95,67 @@ TEST_F(Pressures, FrictionHoldsForFunctions) {
   const Distance d = from_nodes(sliding);
   EXPECT_LT(d.momentum, 1e-2);
   EXPECT_LT(d.force, 3e-2);
+}
+
+// A part of the face touches. Functions had 5 % of the momentum wrong there, on finer faces 30 %.
+TEST_F(Pressures, AFaceThatLandsTiltedRubsAsWithNodes) {
+  Fall sliding;
+  sliding.velocity = "[-1, 0.5, 0]";
+  sliding.contact = ", friction: 0.3";
+  sliding.wall = "plane: {point: [0, 0, 0], normal: [0.9945, 0.1045, 0]}";
+  const Distance d = from_nodes(sliding);
+  EXPECT_LT(d.momentum, 1e-9);
+  EXPECT_LT(d.force, 1e-9);
+}
+
+// A cube, empty inside: its sides of n x n hexes are one element thick.
+Mesh hollow_cube(Index n, double thickness) {
+  const double h = 1 / static_cast<double>(n);
+  const auto squeezed = [&](double x) {
+    if (x < h) return x / h * thickness;
+    if (x > 1 - h) return 1 - (1 - x) / h * thickness;
+    return thickness + (x - h) / (1 - 2 * h) * (1 - 2 * thickness);
+  };
+  Mesh mesh = test::block_mesh(
+      {{n, n, n}, {1, 1, 1}, [&](const Vector3& x) { return Vector3(x.unaryExpr(squeezed)); }});
+  Block& block = mesh.blocks.front();
+  std::vector<Index> elements, nodes, place(block.element_ids.size(), -1);
+  for (Index e = 0; e < block.connectivity.rows(); ++e) {
+    const Index at[] = {e % n, e / n % n, e / n / n};
+    if (std::none_of(std::begin(at), std::end(at), [&](Index i) { return i == 0 || i == n - 1; }))
+      continue;
+    place[e] = static_cast<Index>(elements.size());
+    elements.push_back(e);
+  }
+  block.connectivity = decltype(block.connectivity)(block.connectivity(elements, Eigen::all));
+  block.element_ids.resize(elements.size());
+  for (Sideset& set : mesh.sidesets)
+    for (Side& side : set.sides) side.element = place[side.element];
+  place.assign(mesh.node_ids.size(), -1);
+  for (Index& node : block.connectivity.reshaped()) {
+    if (place[node] < 0) nodes.push_back(node);
+    if (place[node] < 0) place[node] = static_cast<Index>(nodes.size()) - 1;
+    node = place[node];
+  }
+  mesh.coordinates = Points(mesh.coordinates(nodes, Eigen::all));
+  mesh.node_ids.resize(nodes.size());
+  return mesh;
+}
+
+// Single nodes of a thin wall run into the floor between means of gaps. Pushed out where they
+// become unknowns, they gained 38 % of the energy with `massless`.
+TEST_F(Pressures, ThinWallsGainNoEnergy) {
+  folder_.add("block.exo", hollow_cube(15, 0.02));
+  for (const char* basis : {"characteristic", "massless"}) {
+    Fall landing;
+    landing.basis = basis;
+    const auto kept = [&](const char* pressures) {
+      landing.contact = ", pressures: " + std::string(pressures);
+      const std::vector<double> total = folder_.run(scene_of(landing)).result.total;
+      return *std::max_element(total.begin(), total.end()) / total.front();
+    };
+    EXPECT_LT(kept("40"), kept("nodes") + 1e-6) << basis;
+  }
 }
 
 // Tangents of neighbours are turned against each other where their normals differ: near -z by any

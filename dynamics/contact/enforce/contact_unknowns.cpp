@@ -472,7 +472,7 @@ std::vector<Index> ContactUnknowns::of_searches() const {
 }
 
 void ContactUnknowns::keep_state(StateArchive& archive) {
-  archive(reduced, A, laws, keys, n_searches, column, share, values, areas, is_held);
+  archive(reduced, A, laws, keys, n_searches, column, share, values, areas, is_held, depths);
 }
 
 Vector ContactUnknowns::guess(const std::vector<PointLaw>& of_points, const Vector& p) const {
@@ -560,19 +560,6 @@ ContactUnknowns choose_unknowns(const ContactList& list, const std::vector<Point
   ContactUnknowns unknowns = chooser.finish();
   unknowns.n_searches = static_cast<Index>(searches.size());
   return unknowns;
-}
-
-void keep_depths(const ContactList& list, const std::vector<PointLaw>& laws,
-                 const std::vector<FunctionsOfSearch>& searches, const ContactUnknowns& unknowns,
-                 Vector& g) {
-  const std::vector<Index> first = first_rows(laws), first_unknown = first_rows(unknowns.laws);
-  Vector start_gaps = Vector::Zero(first.back());
-  for (std::size_t i = 0; i < laws.size(); ++i) start_gaps[first[i]] = list.points[i].start_gap;
-  for (std::size_t u = 0; u < unknowns.keys.size(); ++u) {
-    if (searches[unknowns.keys[u].search].corners == nullptr) continue;
-    const double start = unknowns.A.col(first_unknown[u]).dot(start_gaps);
-    g[first_unknown[u]] -= std::min(0.0, start);
-  }
 }
 
 HeldPoints held_points(const ContactUnknowns& unknowns, const Vector& x) {

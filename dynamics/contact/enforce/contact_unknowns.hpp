@@ -21,6 +21,7 @@ struct FunctionsOfSearch {
   const PressureFunctions* functions = nullptr;
   const PressureFunctions* corners = nullptr;
   PairMemory* memory = nullptr;
+  double correction = 0;  // of an unknown's depth in a step, as a share of the step's motion
   bool has_any() const { return last > first && (functions != nullptr || corners != nullptr); }
 };
 
@@ -52,6 +53,7 @@ struct ContactUnknowns {
   // them too.
   std::vector<std::size_t> left_out;
   std::vector<ChosenCells> cells;  // per search
+  Vector depths;                   // <= 0: gaps at which the unknowns act, kept_depths()
 
   Index size() const { return static_cast<Index>(keys.size()); }
   std::vector<Index> of_searches() const;  // number of unknowns per search
@@ -85,13 +87,6 @@ ContactUnknowns choose_unknowns(const ContactList& list, const std::vector<Point
                                 const std::vector<FunctionsOfSearch>& searches,
                                 const ContactUnknowns* before,
                                 const std::vector<std::size_t>& wanted = {});
-
-// For searches with `corners`: an unknown that penetrates at the start of a step keeps that depth
-// as its limit. Means of gaps let single nodes penetrate, which may become unknowns or a part of
-// other functions. Pushing them out would add energy. `g`: gaps of the unknowns.
-void keep_depths(const ContactList& list, const std::vector<PointLaw>& laws,
-                 const std::vector<FunctionsOfSearch>& searches, const ContactUnknowns& unknowns,
-                 Vector& g);
 
 // Points that corner functions constrain.
 struct HeldPoints {

@@ -56,6 +56,33 @@ std::vector<Index> keep_same(const ContactUnknowns& unknowns, const ContactUnkno
   return rows;
 }
 
+// Means of gaps let single nodes penetrate, which may become unknowns or a part of other functions.
+// Pushing them out at once would add energy. So an unknown acts at the depth that it starts with,
+// less a share of the step's motion, until it comes out. `from`: unknowns of the last step in
+// `old`, or -1.
+Vector kept_depths(const ContactList& list, const std::vector<PointLaw>& laws,
+                   const std::vector<FunctionsOfSearch>& searches, const ContactUnknowns& unknowns,
+                   const std::vector<Index>& from, const ContactUnknowns& old) {
+  const std::vector<Index> first = first_rows(laws), first_unknown = first_rows(unknowns.laws),
+                           first_old = first_rows(old.laws);
+  Matrix gaps = Matrix::Zero(first.back(), 2);  // at the start, and without impulses at the end
+  for (std::size_t i = 0; i < laws.size(); ++i)
+    gaps.row(first[i]) << list.points[i].start_gap, list.points[i].gap[0];
+  Vector depths = Vector::Zero(unknowns.size());
+  for (Index u = 0; u < depths.size(); ++u) {
+    const FunctionsOfSearch& search = searches[unknowns.keys[u].search];
+    if (!search.has_any()) continue;
+    const Index row = first_unknown[u], before = from[u];
+    const Eigen::RowVector2d gap = unknowns.A.col(row).transpose() * gaps;
+    depths[u] = std::min(0.0, gap[0] + search.correction * std::max(0.0, gap[0] - gap[1]));
+    // Which functions of corners serve depends on depths: with memory, round-off decided
+    if (before >= 0 && search.corners == nullptr &&
+        same_column(unknowns.A, row, old.A, first_old[before]))
+      depths[u] = std::max(depths[u], old.depths[before]);
+  }
+  return depths;
+}
+
 // Combinations of functions and points for the unknowns. A truncated function is given by its
 // remaining points, or as the whole function minus the other points, whichever are fewer. n: single
 // rows are completed to groups of so many.
@@ -323,11 +350,14 @@ Vector solve_few(const ContactList& list, const std::vector<PointLaw>& laws,
                  const std::vector<ContactBody>& bodies, ImpulseMemory& memory,
                  ContactSolution& solution) {
   Vector g = unknowns.A.transpose() * g_points;
-  keep_depths(list, laws, searches, unknowns, g);
-  const std::vector<Index> from = match(unknowns, memory.unknowns);
+  const std::vector<Index> from = match(unknowns, memory.unknowns),
+                           first = first_rows(unknowns.laws);
+  const Vector depths = kept_depths(list, laws, searches, unknowns, from, memory.unknowns);
+  for (Index u = 0; u < depths.size(); ++u) g[first[u]] -= depths[u];
   const Vector guess = guess_of(unknowns, from, memory);
   if (form_few(list, laws, unknowns, same_space, from, bodies, memory)) memory.unknowns = unknowns;
   memory.unknowns.laws = unknowns.laws;
+  memory.unknowns.depths = depths;
   memory.solver->take_friction(unknowns.laws);
   solution = memory.solver->solve(g, guess);
   const StaticAnswers known = memory.standing.statics(solution.p);

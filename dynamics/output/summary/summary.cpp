@@ -124,10 +124,9 @@ void energy_warning(const BuiltScene& built, const RunResult& result, Report& re
   if (!(brought >
         std::max({0.01 * scale, round_off_energy(built, result), energy_of_a_step(built, result)})))
     return;
-  bool has_mortar = false, has_springs = false, has_functions = false;
+  bool has_mortar = false, has_springs = false;
   for (const ContactPair& pair : built.simulation.pairs) {
     has_mortar |= pair.formulation == Formulation::mortar && pair.law.law != ContactLaw::tied;
-    has_functions |= pair.seen().n_function_steps > 0;
     has_springs |= pair.enforcement == Enforcement::penalty && pair.penalty.damping == 0;
   }
   report.warning(
@@ -138,9 +137,6 @@ void energy_warning(const BuiltScene& built, const RunResult& result, Report& re
       (has_mortar ? "; mortar is for faces that look at each other: for bodies that go over convex "
                     "edges take formulation: node-face"
                   : "") +
-      (has_functions ? "; pressure functions are for faces of solid parts: of thin walls give "
-                       "contact[].pressures: nodes"
-                     : "") +
       (has_springs ? "; springs of penalty on which a body rests need contact[].damping, as 0.5"
                    : ""));
 }

@@ -155,10 +155,6 @@ void add_wall_work(const WallImpulse& impulse, const Vector3& way, PairState& st
   state.wall_friction_work += impulse.friction.dot(way);
 }
 
-const BodyFacts& facts_of(const Simulation& sim, Index contact) {
-  return sim.bodies[sim.contact_nodes[contact].body]->facts();
-}
-
 // Whether impulses on the contact body act between two steps whose motions are known.
 bool acts_between(const Simulation& sim, Index contact, const ContactState& state) {
   const BodyFacts& body = facts_of(sim, contact);

@@ -34,6 +34,9 @@ ContactGroup collect(Simulation& simulation, const std::vector<Index>& pairs, bo
 Vector3 motion_of(const ContactPair& pair, const ContactList& list, const ContactPoint& point,
                   const ContactState& state);
 
+// Of the body of a contact body.
+const BodyFacts& facts_of(const Simulation& simulation, Index contact);
+
 // Pressure functions that may be unknowns of a group's searches.
 std::vector<FunctionsOfSearch> functions_of(const Simulation& simulation,
                                             const ContactGroup& group);

@@ -214,17 +214,6 @@ bool moves_in_shapes(const BuiltScene& built, const SideName& side) {
   return of.is_rigid || of.mesh == nullptr;
 }
 
-// Shells bend between functions, whose nodes then run into the other side.
-bool is_of_shells(const BuiltScene& built, const SideName& side) {
-  const auto& of = built.instances[side.instance];
-  if (of.is_rigid) return false;
-  if (!of.geometry->rotations.empty()) return true;
-  if (of.parts.empty()) return false;
-  const auto& provenance = of.parts.front().superelement->provenance;
-  return std::any_of(provenance.begin(), provenance.end(),
-                     [](const auto& entry) { return entry.first.ends_with(": thickness"); });
-}
-
 bool turns(const BuiltScene& built, const SideName& side) {
   return built.simulation.bodies[side.instance]->turns();
 }
@@ -248,11 +237,8 @@ void add_functions(const ContactEntry& entry, const BuiltScene& built, ContactSi
   // On a mesh W by nodes is dense too, and slow with friction
   const bool on_mesh = !in_shapes && moves_in_shapes(built, slave) &&
                        (friction || entry.options->pressures.has_value());
-  const bool is_stiff =
-      entry.options->pressures ||
-      (!is_of_shells(built, *entry.first) && (entry.wall || !is_of_shells(built, *entry.second)));
   const Index wanted =
-      is_stiff && (in_shapes || on_mesh) ? functions_wanted(*entry.options, friction, n_nodes) : 0;
+      in_shapes || on_mesh ? functions_wanted(*entry.options, friction, n_nodes) : 0;
   if (wanted > 0) pair.functions = sides.functions(slave, wanted);
   pair.keeps_functions = entry.options->pressures.has_value();
   // `nodes`: including those beside corners
