@@ -11,11 +11,11 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 85853,
-    "files of product": 624,
+    "lines of product": 85807,
+    "files of product": 620,
     "lines of python/cbr": 1972,
-    "lines of tests": 65574,
-    "files of tests": 392,
+    "lines of tests": 65547,
+    "files of tests": 390,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 355,
     "classes derived from Body": 4,

@@ -5,7 +5,7 @@
 #include <cassert>
 
 #include "common/base/error.hpp"
-#include "common/base/parallel.hpp"
+#include "common/base/threads.hpp"
 #include "common/fem/block_elements.hpp"
 #include "common/fem/elements/shell.hpp"
 #include "common/fem/mesh_check.hpp"

@@ -8,7 +8,7 @@
 
 #include "common/base/error.hpp"
 #include "common/base/number_text.hpp"
-#include "common/base/parallel.hpp"
+#include "common/base/threads.hpp"
 #include "common/fem/block_elements.hpp"
 #include "common/fem/elements/shell_plane.hpp"
 #include "common/linalg/blas_threads.hpp"

@@ -12,7 +12,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/base/row_threads.hpp"
+#include "common/base/threads.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/lower_updates.hpp"
 

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <atomic>
 
-#include "common/base/row_threads.hpp"
+#include "common/base/threads.hpp"
 #include "common/linalg/blas_int.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense_factor.hpp"

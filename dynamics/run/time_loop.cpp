@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "common/base/row_threads.hpp"
+#include "common/base/threads.hpp"
 #include "common/files/state_archive.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "dynamics/run/contact/contact_step.hpp"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "common/base/parallel.hpp"
+#include "common/base/threads.hpp"
 #include "common/linalg/blas_threads.hpp"
 
 namespace cbr {

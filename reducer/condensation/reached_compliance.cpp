@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "common/base/parallel.hpp"
+#include "common/base/threads.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "reducer/condensation/condensation.hpp"
 #include "reducer/condensation/panel_product.hpp"

@@ -9,7 +9,7 @@
 
 #include "common/app/report.hpp"
 #include "common/base/error.hpp"
-#include "common/base/parallel.hpp"
+#include "common/base/threads.hpp"
 #include "common/fem/connected_parts.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense_factor.hpp"

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/parallel.hpp"
+#include "common/base/threads.hpp"
 #include "common/linalg/blas_kernels.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "dynamics/contact/enforce/enforcement.hpp"

@@ -14,7 +14,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "common/base/parallel.hpp"
+#include "common/base/threads.hpp"
 #include "common/base/types.hpp"
 #include "common/linalg/blas_kernels.hpp"
 #include "common/linalg/blas_threads.hpp"

@@ -6,7 +6,7 @@
 #include <cassert>
 #include <functional>
 
-#include "common/base/row_threads.hpp"
+#include "common/base/threads.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/huge_pages.hpp"
 #include "common/linalg/kernels/narrow_product.hpp"

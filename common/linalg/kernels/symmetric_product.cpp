@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cstring>
 
-#include "common/base/row_threads.hpp"
+#include "common/base/threads.hpp"
 #include "common/linalg/kernels/clones.hpp"
 
 namespace cbr {

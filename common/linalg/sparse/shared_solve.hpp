@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "common/base/phased_work.hpp"
+#include "common/base/threads.hpp"
 #include "common/linalg/sparse/supernodal.hpp"
 
 namespace cbr {

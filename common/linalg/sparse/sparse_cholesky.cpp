@@ -10,7 +10,7 @@
 #include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
 #include "common/base/machine_memory.hpp"
-#include "common/base/parallel.hpp"
+#include "common/base/threads.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "common/linalg/huge_pages.hpp"

@@ -5,7 +5,7 @@
 #include <array>
 #include <cassert>
 
-#include "common/base/row_threads.hpp"
+#include "common/base/threads.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/kernels/clones.hpp"
 #include "common/linalg/kernels/symmetric_product.hpp"

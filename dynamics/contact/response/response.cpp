@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "common/base/row_threads.hpp"
+#include "common/base/threads.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "dynamics/contact/nodes/dense_panels.hpp"

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/base/row_threads.hpp"
+#include "common/base/threads.hpp"
 #include "common/base/types.hpp"
 
 namespace cbr {

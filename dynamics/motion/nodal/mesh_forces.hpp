@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "common/base/row_threads.hpp"
+#include "common/base/threads.hpp"
 #include "common/fem/assembly.hpp"
 #include "dynamics/motion/nodal/block_matrix.hpp"
 #include "dynamics/motion/nodal/shared_elements.hpp"

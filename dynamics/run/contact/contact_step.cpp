@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "common/base/error.hpp"
-#include "common/base/row_threads.hpp"
+#include "common/base/threads.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "dynamics/run/contact/contact_booking.hpp"
 #include "dynamics/run/contact/contact_group.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/base/row_threads.hpp"
+#include "common/base/threads.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -32,6 +32,22 @@ bool soon(const Condition& happened) {
   return false;
 }
 
+// Until `happened`: pieces take some microseconds, a sleeping thread wakes in fifty. Who waits for
+// longer, as the system has stopped the thread that works, leaves the processor to others.
+template <typename Condition>
+void await(const Condition& happened) {
+  constexpr int patience = 200;
+  while (true) {
+    for (int i = 0; i < patience; ++i) {
+      if (happened()) return;
+#if defined(__x86_64__)
+      __builtin_ia32_pause();
+#endif
+    }
+    std::this_thread::yield();
+  }
+}
+
 }  // namespace
 
 struct RowThreads::Impl {
@@ -39,7 +55,8 @@ struct RowThreads::Impl {
   std::condition_variable start, done;
   std::vector<std::thread> threads;
   const std::function<void(int)>* work = nullptr;
-  std::exception_ptr failure;  // the first of a round
+  std::exception_ptr failure;  // of the smallest t in a round
+  int failed = 0;              // this t
   std::atomic<std::uint64_t> round = 0;
   std::atomic<int> running = 0;
   std::atomic<bool> quit = false;
@@ -49,7 +66,9 @@ struct RowThreads::Impl {
       (*work)(t);
     } catch (...) {
       const std::lock_guard lock(mutex);
-      if (!failure) failure = std::current_exception();
+      if (failure && failed < t) return;
+      failure = std::current_exception();
+      failed = t;
     }
   }
 
@@ -120,6 +139,22 @@ void RowThreads::for_rows(Index n, const std::function<void(Index, Index)>& work
   run([&](int t) { work(part(n, t), part(n, t + 1)); });
 }
 
+namespace {
+
+// The shares of threads that the system did not grant come last.
+void run_all(RowThreads& threads, int n, const std::function<void(int)>& work) {
+  threads.run(work);
+  for (int t = threads.size(); t < n; ++t) work(t);
+}
+
+}  // namespace
+
+void run_threads(int n, const std::function<void(int)>& work) {
+  if (n <= 0) return;
+  RowThreads threads(n);
+  run_all(threads, n, work);
+}
+
 void run_kept_threads(int n, const std::function<void(int)>& work) {
   static std::mutex taken;
   static std::unique_ptr<RowThreads> kept;
@@ -133,8 +168,7 @@ void run_kept_threads(int n, const std::function<void(int)>& work) {
     kept = std::make_unique<RowThreads>(n);
     wanted = n;
   }
-  kept->run(work);
-  for (int t = kept->size(); t < n; ++t) work(t);
+  run_all(*kept, n, work);
 }
 
 void share_among_threads(Index n_items, int n_threads, const std::function<void(Index)>& work) {
@@ -143,6 +177,23 @@ void share_among_threads(Index n_items, int n_threads, const std::function<void(
   run_kept_threads(n_items < few ? 1 : n_threads, [&](int) {
     for (Index first = next.fetch_add(at_once); first < n_items; first = next.fetch_add(at_once))
       for (Index i = first; i < std::min(first + at_once, n_items); ++i) work(i);
+  });
+}
+
+void PhasedWork::run(int n_threads) const {
+  std::atomic<std::size_t> next{0}, done{0};
+  run_kept_threads(n_threads, [&](int thread) {
+    for (std::size_t i = next.load(); i < pieces_.size();) {
+      const Piece& piece = pieces_[i];
+      // Before the piece is taken, so that nobody waits for a thread that waits and is stopped.
+      // None of this phase or a later one is done before all earlier ones are.
+      await(
+          [&] { return done.load(std::memory_order_acquire) >= piece.after || next.load() != i; });
+      if (!next.compare_exchange_strong(i, i + 1)) continue;
+      piece.work(thread);
+      done.fetch_add(1, std::memory_order_release);
+      i = next.load();
+    }
   });
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/base/row_threads.hpp"
+#include "common/base/threads.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,30 @@
 #include <stdexcept>
 #include <vector>
 
-#include "common/base/parallel.hpp"
-
-namespace cbr::row_threads_test {
+namespace cbr::threads_test {
 namespace {
+
+TEST(RunThreads, DoesEveryShareOnce) {
+  for (const int n : {0, 1, 2, 7}) {
+    std::vector<std::atomic<int>> done(7);
+    run_threads(n, [&](int t) { ++done[static_cast<std::size_t>(t)]; });
+    for (int t = 0; t < 7; ++t) EXPECT_EQ(done[static_cast<std::size_t>(t)], t < n ? 1 : 0);
+  }
+}
+
+TEST(RunThreads, HandsOnTheFirstExceptionWhenAllHaveEnded) {
+  std::atomic<int> ended{0};
+  try {
+    run_threads(4, [&](int t) {
+      ++ended;
+      if (t > 0) throw std::runtime_error("thread " + std::to_string(t));
+    });
+    FAIL() << "no exception";
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "thread 1");
+  }
+  EXPECT_EQ(ended, 4);
+}
 
 TEST(RowThreads, EveryRowOnceInEveryRound) {
   for (const int n_threads : {1, 2, 5}) {
@@ -70,5 +90,47 @@ TEST(RowThreads, ItemsAreShared) {
   EXPECT_THROW(share_among_threads(1000, 3, fail), std::runtime_error);
 }
 
+TEST(PhasedWork, AllOfAPhaseIsDoneBeforeTheNextBegins) {
+  constexpr std::size_t n_phases = 50, n_pieces = 7;
+  std::vector<std::atomic<std::size_t>> done(n_phases);
+  std::atomic<int> early = 0;
+  PhasedWork work;
+  for (std::size_t phase = 0; phase < n_phases; ++phase) {
+    work.next_phase();
+    for (std::size_t piece = 0; piece < n_pieces; ++piece)
+      work.add([&, phase](int) {
+        if (phase > 0 && done[phase - 1] % n_pieces != 0) ++early;
+        ++done[phase];
+      });
+  }
+  std::size_t runs = 0;
+  for (const int n_threads : {1, 2, 3}) {
+    for (int round = 0; round < 100; ++round) {
+      work.run(n_threads);
+      ++runs;
+      for (const auto& count : done) ASSERT_EQ(count, runs * n_pieces) << n_threads;
+    }
+  }
+  EXPECT_EQ(early, 0);
+}
+
+TEST(PhasedWork, TellsItsPiecesTheThreadThatTheyRunOn) {
+  for (const int n_threads : {1, 2, 3}) {
+    std::vector<std::atomic<int>> busy(static_cast<std::size_t>(n_threads));
+    std::atomic<int> shared = 0;
+    PhasedWork work;
+    for (int piece = 0; piece < 1000; ++piece)
+      work.add([&](int thread) {
+        std::atomic<int>& own = busy.at(static_cast<std::size_t>(thread));
+        if (++own != 1) ++shared;
+        --own;
+      });
+    work.run(n_threads);
+    EXPECT_EQ(shared, 0) << n_threads;
+  }
+}
+
+TEST(PhasedWork, NothingToDoIsDone) { PhasedWork().run(2); }
+
 }  // namespace
-}  // namespace cbr::row_threads_test
+}  // namespace cbr::threads_test
