@@ -20,8 +20,6 @@ namespace {
 // if round-off or a node at the edge of a face prevents further convergence.
 constexpr double aim = 1e-8, enough = 1e-5;
 constexpr Index patience = 20;
-// The summary warns above it.
-constexpr double good_residual = 1e-6;
 // Iterations that search anew from the start of the load step. Later ones reuse a search:
 // projections that alternate between facets would change normals, and forces, without end.
 constexpr Index new_searches = 10;

@@ -23,7 +23,9 @@ constexpr double reach_of_points = 0.5;
 constexpr double same_way = 0.866;
 // Points in addition to the functions of a search: W grows by one row each, by three with friction.
 // A patch of no more closing points than few_points, and than half of the face, has points alone:
-// functions of the part of a face that lands tilted had 40 % of its momentum wrong.
+// functions of the part of a face that lands tilted had 30 % of the momentum wrong. Beyond
+// most_points functions are whole: more points cost more than they mend
+// (docs/decisions/pressures.md).
 constexpr std::size_t few_points = 100, most_points = 400, most_points_with_friction = 150;
 
 // Times the root of a function's area. flat_enough: largest difference of gaps among its nodes;
@@ -466,13 +468,13 @@ void keep_state(StateArchive& archive, UnknownKey& key) {
 }
 
 std::vector<Index> ContactUnknowns::of_searches() const {
-  std::vector<Index> n(static_cast<std::size_t>(n_searches), 0);
+  std::vector<Index> n(pairs.size(), 0);
   for (const UnknownKey& key : keys) ++n[key.search];
   return n;
 }
 
 void ContactUnknowns::keep_state(StateArchive& archive) {
-  archive(reduced, A, laws, keys, n_searches, column, share, values, areas, is_held, depths);
+  archive(reduced, A, laws, keys, pairs, column, share, values, areas, is_held, depths);
 }
 
 Vector ContactUnknowns::guess(const std::vector<PointLaw>& of_points, const Vector& p) const {
@@ -558,7 +560,7 @@ ContactUnknowns choose_unknowns(const ContactList& list, const std::vector<Point
   for (std::size_t s = 0; s < searches.size(); ++s)
     chooser.add(searches[s], static_cast<Index>(s), columns[s]);
   ContactUnknowns unknowns = chooser.finish();
-  unknowns.n_searches = static_cast<Index>(searches.size());
+  for (const FunctionsOfSearch& search : searches) unknowns.pairs.push_back(search.pair);
   return unknowns;
 }
 

@@ -22,6 +22,7 @@ struct FunctionsOfSearch {
   const PressureFunctions* corners = nullptr;
   PairMemory* memory = nullptr;
   double correction = 0;  // of an unknown's depth in a step, as a share of the step's motion
+  Index pair = -1;
   bool has_any() const { return last > first && (functions != nullptr || corners != nullptr); }
 };
 
@@ -39,7 +40,7 @@ struct ContactUnknowns {
   SparseMatrix A;              // rows of the points x rows of the unknowns
   std::vector<PointLaw> laws;  // of the unknowns
   std::vector<UnknownKey> keys;
-  Index n_searches = 0;
+  std::vector<Index> pairs;  // of the searches
   // For each row of an unknown: its column of function_matrix(), or -1 for a point. And its factor,
   // of the part that is not truncated.
   std::vector<Index> column;

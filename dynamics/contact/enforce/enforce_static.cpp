@@ -227,7 +227,9 @@ StaticResult enforce_static(const ContactList& list, const std::vector<PointLaw>
   result.of_points.p = unpack(solution.p, laws);
   result.of_points.gap = unpack(solution.gap, laws);
   memory.gap = std::max(memory.gap, solution.scale);
-  result.of_points.residual = share_of_gaps(solution.violation, memory.gap, list, bodies);
+  // Without forces all gaps of an iteration may be round-off
+  const double scale = solution.p.isZero(0) ? memory.gap : solution.scale;
+  result.of_points.residual = share_of_gaps(solution.violation, scale, list, bodies);
   result.of_points.fallback = solution.fallback;
   result.moves = std::move(moves);
   result.left = std::move(solution.left);

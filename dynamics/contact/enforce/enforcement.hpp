@@ -18,6 +18,9 @@
 
 namespace cbr {
 
+// Largest residual without a warning.
+inline constexpr double good_residual = 1e-6;
+
 // Result of one enforcement in one step; rows: points, columns: axes of their frames.
 struct EnforcementResult {
   Points p;    // impulses

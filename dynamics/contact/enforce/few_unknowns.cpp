@@ -58,8 +58,8 @@ std::vector<Index> keep_same(const ContactUnknowns& unknowns, const ContactUnkno
 
 // Means of gaps let single nodes penetrate, which may become unknowns or a part of other functions.
 // Pushing them out at once would add energy. So an unknown acts at the depth that it starts with,
-// less a share of the step's motion, until it comes out. `from`: unknowns of the last step in
-// `old`, or -1.
+// less a share of the way that it would go in without impulses. As long as it has the same points,
+// it keeps that depth until it comes out. `from`: unknowns of the last step in `old`, or -1.
 Vector kept_depths(const ContactList& list, const std::vector<PointLaw>& laws,
                    const std::vector<FunctionsOfSearch>& searches, const ContactUnknowns& unknowns,
                    const std::vector<Index>& from, const ContactUnknowns& old) {
@@ -70,13 +70,14 @@ Vector kept_depths(const ContactList& list, const std::vector<PointLaw>& laws,
     gaps.row(first[i]) << list.points[i].start_gap, list.points[i].gap[0];
   Vector depths = Vector::Zero(unknowns.size());
   for (Index u = 0; u < depths.size(); ++u) {
-    const FunctionsOfSearch& search = searches[unknowns.keys[u].search];
+    const auto number = static_cast<std::size_t>(unknowns.keys[u].search);
+    const FunctionsOfSearch& search = searches[number];
     if (!search.has_any()) continue;
     const Index row = first_unknown[u], before = from[u];
     const Eigen::RowVector2d gap = unknowns.A.col(row).transpose() * gaps;
     depths[u] = std::min(0.0, gap[0] + search.correction * std::max(0.0, gap[0] - gap[1]));
     // Which functions of corners serve depends on depths: with memory, round-off decided
-    if (before >= 0 && search.corners == nullptr &&
+    if (before >= 0 && search.corners == nullptr && old.pairs[number] == search.pair &&
         same_column(unknowns.A, row, old.A, first_old[before]))
       depths[u] = std::max(depths[u], old.depths[before]);
   }

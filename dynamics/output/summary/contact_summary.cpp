@@ -144,7 +144,7 @@ void friction_warning(const ContactPair& pair, Report& report) {
 void residual_warning(const ContactPair& pair, Report& report) {
   if (pair.has_state() && pair.seen().tie_report.free_motions > 0)
     report.warning("contact " + pair.name + ": " + tie_text(pair.seen().tie_report, *pair.slave));
-  if (pair.enforcement != Enforcement::penalty && pair.seen().residual > 1e-6)
+  if (pair.enforcement != Enforcement::penalty && pair.seen().residual > good_residual)
     report.warning(
         "contact " + pair.name +
         ": not all gaps could be closed or opened (complementarity residual above 1e-6)");

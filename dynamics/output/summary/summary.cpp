@@ -67,7 +67,7 @@ double longest_way(const RunResult& result) {
 // times the reach per step h, velocities to some eps reach / h. The energy is half the mass times
 // that squared. Statics have no h: m omega^2 is the largest stiffness for the same digits. Its
 // force does work along the path of prescribed motions. Strains after load steps are differences
-// of the displacements that these have left.
+// of displacements, which these have left with the body as a whole.
 double round_off_energy(const BuiltScene& built, const RunResult& result) {
   const Simulation& sim = built.simulation;
   constexpr double eps = 64 * std::numeric_limits<double>::epsilon();
@@ -77,7 +77,7 @@ double round_off_energy(const BuiltScene& built, const RunResult& result) {
     reach = std::max(reach, body->reference_positions().cwiseAbs().maxCoeff());
     Points u, v;
     if (sim.preload > 0) body->displacements(u, v);
-    if (u.size() > 0) left = std::max(left, u.cwiseAbs().maxCoeff() - way);
+    if (u.size() > 0) left = std::max(left, u.colwise().mean().cwiseAbs().maxCoeff() - way);
   }
   for (std::size_t i = 0; i < built.instances.size(); ++i) {
     const double rate = sim.is_static ? sim.bodies[i]->largest_frequency() : 1 / sim.plan.h;

@@ -142,8 +142,8 @@ const BodyFacts& facts_of(const Simulation& sim, Index contact) {
 }
 
 std::vector<FunctionsOfSearch> functions_of(const Simulation& sim, const ContactGroup& group) {
-  // More adds energy where walls are thin, less errs by a per cent of the force on solid parts.
-  // Interfaces without mass move by their recoil from all forces, which is no motion of the step.
+  // A larger share adds more energy where walls are thin. With 0.1 the force on solid parts was off
+  // by 0.4 %, with 0 by 1.2 %. Interfaces without mass would go in by all of their deflection.
   constexpr double correction = 0.5;
   std::vector<FunctionsOfSearch> functions;
   for (const ContactSearch& of : group.searches) {
@@ -154,7 +154,7 @@ std::vector<FunctionsOfSearch> functions_of(const Simulation& sim, const Contact
                           (pair.wall || !facts_of(sim, pair.master->body).kicks_at_end);
     functions.push_back({of.first, of.last, is_slave && !at_nodes ? pair.functions.get() : nullptr,
                          is_slave ? pair.corners.get() : nullptr, of.memory,
-                         has_mass && !pair.corners ? correction : 0});
+                         has_mass && !pair.corners ? correction : 0, of.pair});
   }
   return functions;
 }
