@@ -197,7 +197,7 @@ class AbaqusMesh {
     mesh_.sidesets.push_back(std::move(set));
   }
 
-  // Of *COUPLING and *RIGID BODY.
+  // Of *COUPLING, *DISTRIBUTING COUPLING and *RIGID BODY.
   void add_points(const MeshIds& ids) {
     if (file_.constraints.empty() && file_.masses.empty()) return;
     const std::unordered_set<Index> used = used_nodes(file_.mesh);

@@ -176,9 +176,8 @@ void add_points(const FilePoints& all, Mesh& mesh) {
       mass.place.fail(
           "a mass on node " + std::to_string(std::abs(mass.node)) +
           " found, expected on the reference node of a rigid or distributing constraint (RBE2, "
-          "RBE3, *COUPLING, *RIGID BODY): masses of other nodes are not in this version; use one "
-          "of "
-          "these to join the mass to a face");
+          "RBE3, *COUPLING, *DISTRIBUTING COUPLING, *RIGID BODY): masses of other nodes are not in "
+          "this version; use one of these to join the mass to a face");
     const Matrix3& J = mass.inertia;
     const double size = J.diagonal().maxCoeff(), second = J.topLeftCorner<2, 2>().determinant();
     const bool is_definite = J(0, 0) > singular * size && second > singular * size * size &&

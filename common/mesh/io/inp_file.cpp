@@ -247,21 +247,24 @@ class InpReader {
     const auto element = elset == file_.elsets.end() || elset->second.ids.size() != 1
                              ? file_.point_elements.end()
                              : file_.point_elements.find(elset->second.ids.front());
-    if (element == file_.point_elements.end())
+    if (element == file_.point_elements.end() ||
+        !file_.distributing_elements.contains(element->first))
       lines_.fail("*DISTRIBUTING COUPLING without ELSET= of one element DCOUP3D before it");
     const std::string name = "distributing_" + elset->second.name;
     set_ = &set_named(name, file_.nsets, file_.nset_order);
     generates_ = false;
     take_ = [this, first = std::optional<double>()](const Fields& fields) mutable {
-      const double weight = fields.size() > 1 ? lines_.number(fields[1]) : 1;
+      const double weight = fields.size() > 1 && !fields[1].empty() ? lines_.number(fields[1]) : 1;
+      if (!(weight > 0))
+        lines_.fail("weight " + std::string(fields[1]) + " found, expected above 0");
       if (weight != first.value_or(weight))
         lines_.fail("unequal weights found: not in this version; use equal ones");
       first = weight;
       take_ids({fields[0]}, file_.nsets);
     };
-    file_.constraints.push_back({std::to_string(element->second),
+    file_.constraints.push_back({std::to_string(std::abs(element->second)),
                                  in_capitals(name),
-                                 false,
+                                 element->second < 0,
                                  false,
                                  true,
                                  {},
@@ -312,6 +315,7 @@ class InpReader {
                  "them), shells for faces, and take the others out of the mesh"
                : cure));
     type_ = *type;
+    is_distributing_ = word == "DCOUP3D";
     take_ = [this](const Fields& fields) { take_element(fields); };
     elset_ = keyword.value("ELSET");
     set_ = elset_.empty() ? nullptr : &set_named(elset_, file_.elsets, file_.elset_order);
@@ -454,6 +458,7 @@ class InpReader {
     if (set_ != nullptr) set_->ids.push_back(id);
     if (type_.n_nodes == 1) {
       file_.point_elements[id] = in_assembly_ ? -pending_.back() : pending_.back();
+      if (is_distributing_) file_.distributing_elements.insert(id);
       pending_.clear();
       return;
     }
@@ -565,6 +570,7 @@ class InpReader {
   bool in_assembly_ = false, generates_ = false, has_elastic_ = false, has_density_ = false;
   int n_parts_ = 0, n_instances_ = 0, n_lines_ = 0;
   InpType type_;
+  bool is_distributing_ = false;
   std::string elset_;
   std::vector<Index> pending_;     // number and nodes of an element that goes on in the next line
   std::vector<std::string> open_;  // *PART, *ASSEMBLY, *INSTANCE without their ends so far

@@ -71,6 +71,7 @@ struct InpFile {
   // Elements MASS, ROTARYI and DCOUP3D: id -> node; below 0: of the assembly, which has nodes and
   // sets of its own
   std::map<Index, Index> point_elements;
+  std::set<Index> distributing_elements;  // DCOUP3D of these
   std::map<Index, Vector3> assembly_nodes;
   std::set<Index> plane_elements;  // CPS4, CPE4, ...
   std::map<std::string, InpSet> assembly_sets;
