@@ -95,6 +95,7 @@ struct RowThreads::Impl {
 RowThreads::RowThreads(int n_threads) {
   if (n_threads <= 1) return;
   impl_ = std::make_unique<Impl>();
+  impl_->threads.reserve(static_cast<std::size_t>(n_threads) - 1);
   try {
     for (int t = 1; t < n_threads; ++t)
       impl_->threads.emplace_back([impl = impl_.get(), t] { impl->loop(t); });
@@ -143,8 +144,17 @@ namespace {
 
 // The shares of threads that the system did not grant come last.
 void run_all(RowThreads& threads, int n, const std::function<void(int)>& work) {
-  threads.run(work);
-  for (int t = threads.size(); t < n; ++t) work(t);
+  std::exception_ptr failure;
+  const auto guarded = [&](const auto& share) {
+    try {
+      share();
+    } catch (...) {
+      if (!failure) failure = std::current_exception();
+    }
+  };
+  guarded([&] { threads.run(work); });
+  for (int t = threads.size(); t < n; ++t) guarded([&] { work(t); });
+  if (failure) std::rethrow_exception(failure);
 }
 
 }  // namespace

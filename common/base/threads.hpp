@@ -49,8 +49,8 @@ void run_kept_threads(int n, const std::function<void(int)>& work);
 void share_among_threads(Index n_items, int n_threads, const std::function<void(Index)>& work);
 
 // Short pieces of work in phases, planned once and done again and again by a few threads. Pieces of
-// a phase begin when all of the phases before are done, in any order. Who is free takes
-// the next piece, so that a thread that the system stops holds up one piece only.
+// a phase begin when all of the phases before are done, in any order. Who is free takes the next
+// piece, so that a thread that the system stops holds up one piece only.
 class PhasedWork {
  public:
   void next_phase() { first_of_phase_ = pieces_.size(); }
