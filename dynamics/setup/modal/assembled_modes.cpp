@@ -50,7 +50,7 @@ class Assembled {
       const Matrix x = pairs.Phi.middleRows(part.first, part.size);
       modes.shapes.push_back(part.mesh != nullptr ? Matrix(part.mesh->Z * x) : x);
     }
-    modes.c = damping(pairs);
+    modes.c = damping(pairs, modes.lambda);
     return modes;
   }
 
@@ -217,8 +217,8 @@ class Assembled {
     return (energy.array() > least.array()).select(energy, 0);
   }
 
-  Vector damping(const Eigenpairs& pairs) const {
-    const Vector omega = pairs.lambda.cwiseMax(0).cwiseSqrt();
+  Vector damping(const Eigenpairs& pairs, const Vector& lambda) const {
+    const Vector omega = lambda.cwiseMax(0).cwiseSqrt();
     Vector c = Vector::Zero(omega.size());
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       const Matrix x = pairs.Phi.middleRows(parts_[i].first, parts_[i].size);
