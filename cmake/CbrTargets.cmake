@@ -64,8 +64,8 @@ endfunction()
 # has a namespace of its own, cbr::NAME_OF_THE_FILE.
 # cbr_test(NAME SOURCES a.cpp ... LIBRARIES cbr_common [OPTIMISED] [READ_TREE a.cpp ...]): one GoogleTest program, one ctest entry
 # a test. OPTIMISED: the tests compute for long by themselves, ten seconds and more at -O0, and have the flags of libraries.
-# READ_TREE names the sources that read files of this tree: apart, they alone are compiled with its path, so that all others can
-# come from a compiler cache that another clone filled.
+# READ_TREE names the sources that read files of this tree. Not joined, they alone are compiled with its path, so that all others
+# can come from a compiler cache that another clone filled.
 function(cbr_test name)
   cmake_parse_arguments(ARG "OPTIMISED" "" "SOURCES;LIBRARIES;READ_TREE" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})

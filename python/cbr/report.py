@@ -233,9 +233,10 @@ def modes(path: str, animate: bool = False) -> str:
                 rows.append([name, float(i + 1), float(hz), float(ratio)])
                 if hz > 0:
                     shapes.append((f"{name}, mode {i + 1}: {number(float(hz))} Hz", name.split("+"), int(step)))
-    parts = ["<h2>Frequencies</h2>", table(["instance", "mode", "Hz", "damping ratio"], rows), "<h2>Shapes</h2>"]
+    parts = ["<h2>Frequencies</h2>", table(["instance", "mode", "Hz", "damping ratio"], rows)]
     rigid = collections.Counter(str(name) for name, _, hz, _ in rows if hz == 0)
     parts += [f"<p>{escape(name)}: rigid motions (0 Hz), not drawn: {n}.</p>" for name, n in rigid.items()]
+    parts += ["<h2>Shapes</h2>"] if shapes else []
     for title, instances, step in shapes[:MOST_MODES]:
         u = fields.displacements(step)
         if u is None:

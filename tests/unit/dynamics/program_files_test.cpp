@@ -99,7 +99,7 @@ TEST_F(ProgramFiles, ResultsReplaceNoOtherFile) {
   run("");  // its own, again
 }
 
-TEST(ContactSetup, PairsThatMemoryCannotHoldAreRefused) {
+TEST_F(ProgramFiles, PairsThatMemoryCannotHoldAreRefused) {
   ContactOptions all;
   all.source = {"a.yaml", 7};
   EXPECT_NO_THROW(require_memory_for_pairs(1e6, 1e9, all));
