@@ -13,8 +13,8 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
     "lines of product": 85830,
     "files of product": 620,
-    "lines of python/cbr": 1973,
-    "lines of tests": 65549,
+    "lines of python/cbr": 1979,
+    "lines of tests": 65556,
     "files of tests": 390,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 355,

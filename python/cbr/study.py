@@ -68,7 +68,7 @@ def _change(scene: Scene, parameter: str, value: Any) -> Scene:
     for depth, name in enumerate([*above, last]):
         inside = ".".join(above[:depth]) or "the scene"
         key: Any = name
-        if isinstance(at, (list, tuple, np.ndarray)):
+        if isinstance(at, list):
             if not name.isdecimal() or int(name) >= len(at):
                 raise KeyError(f"{parameter}: {inside} has entries 0 to {len(at) - 1}, not '{name}'")
             key = int(name)
@@ -76,7 +76,7 @@ def _change(scene: Scene, parameter: str, value: Any) -> Scene:
             raise KeyError(f"{parameter}: {inside} has no '{name}'; it has: {', '.join(at) if isinstance(at, dict) else at}")
         if depth == len(above):
             at[key] = value
-        elif isinstance(at[key], tuple):
+        elif isinstance(at[key], (tuple, np.ndarray)):  # an array of whole numbers would round the value
             at[key] = list(at[key])
         at = at[key]
     return changed
@@ -125,7 +125,13 @@ def study(scene: Scene, parameter: str, values: Iterable[Any], path: str | os.Pa
             rows.append({})
         else:
             runs.append(run)
-            rows.append(largest_figures(run) if measures is None else {name: float(of(run)) for name, of in measures.items()})
+            try:
+                rows.append(largest_figures(run) if measures is None else {name: float(of(run)) for name, of in measures.items()})
+            except Exception as error:
+                if i == 0:
+                    raise
+                failures[i] = f"measures: {error!r}"
+                rows.append({})
     if progress:
         _show(len(scenes), len(scenes), start)
     names = dict.fromkeys(name for row in rows for name in row)

@@ -213,6 +213,13 @@ class Package(unittest.TestCase):
         self.assertIn("time.end", ends.failures[1])
         with self.assertRaisesRegex(ValueError, "there are none"):
             cbr.study(made, "time.end", [], self.folder / "n.h5", bin=BIN)
+        first = {"n": lambda run: {1e-5: 1.0}[round(float(run.time[-1]), 6)]}
+        of_first = cbr.study(made, "time.end", [1e-5, 2e-5], self.folder / "f.h5", first, BIN, progress=False)
+        self.assertEqual((of_first.columns["n"][0], of_first.failures), (1, {1: "measures: KeyError(2e-05)"}))
+        made["instances"]["left"]["velocity"] = np.array([10, 0, 0])
+        fast = cbr.study(made, "instances.left.velocity.0", [9.5, 9.9], self.folder / "v.h5",
+                         {"p": lambda run: run["instances/left/momentum"][0, 0]}, BIN, progress=False)
+        self.assertAlmostEqual(fast.columns["p"][1] / fast.columns["p"][0], 9.9 / 9.5)
 
     def test_replaces_no_file_but_its_own(self) -> None:
         """A path that names a mesh, notes, or a scene that somebody wrote by hand costs nobody a file."""
