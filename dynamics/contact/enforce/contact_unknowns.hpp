@@ -21,7 +21,7 @@ struct FunctionsOfSearch {
   const PressureFunctions* functions = nullptr;
   const PressureFunctions* corners = nullptr;
   PairMemory* memory = nullptr;
-  double correction = 0;  // of an unknown's depth in a step, as a share of the step's motion
+  double correction = 0;  // of an unknown's depth: share of its way in a step without impulses
   Index pair = -1;
   bool has_any() const { return last > first && (functions != nullptr || corners != nullptr); }
 };
