@@ -251,12 +251,29 @@ class Chooser {
     return deepest;
   }
 
-  // Adds the points of a small patch except those unlikely to close. Corner functions need all.
+  // Adds the points of a small patch except those unlikely to close. A corner function needs all of
+  // its points if one may close.
   void add_patch(std::vector<std::size_t> points, const FunctionsOfSearch& search, Index number) {
     const double reach = reach_of_points * deepest_of(search);
+    const auto may_close = [&](std::size_t i) {
+      return list_.points[i].gap[0] < reach ||
+             std::binary_search(wanted_.begin(), wanted_.end(), i);
+    };
+    std::vector<char> needed(search.functions->nodes.size(), 0);  // by slot
+    if (search.corners != nullptr) {
+      std::vector<char> closes(needed.size(), 0);
+      for (const std::size_t i : points)
+        if (list_.points[i].slot >= 0 && may_close(i)) closes[list_.points[i].slot] = 1;
+      const SparseMatrix& N = search.corners->N;
+      for (Index a = 0; a < N.cols(); ++a) {
+        bool any = false;
+        for (SparseMatrix::InnerIterator it(N, a); it; ++it) any = any || closes[it.row()] != 0;
+        for (SparseMatrix::InnerIterator it(N, a); any && it; ++it) needed[it.row()] = 1;
+      }
+    }
     const auto hardly_closes = [&](std::size_t i) {
-      return search.corners == nullptr && !(list_.points[i].gap[0] < reach) &&
-             !std::binary_search(wanted_.begin(), wanted_.end(), i);
+      const Index slot = list_.points[i].slot;
+      return !may_close(i) && (slot < 0 || needed[slot] == 0);
     };
     std::copy_if(points.begin(), points.end(), std::back_inserter(unknowns_.left_out),
                  hardly_closes);
