@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/files/hdf5_string_heap.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <fstream>
 #include <map>
@@ -16,17 +17,11 @@ namespace cbr::hdf5 {
 namespace {
 
 constexpr std::uint64_t largest_whole = std::uint64_t{64} << 20,
-                        window_size = std::uint64_t{16} << 20, overlap = 1 << 16;
+                        ends_looked_at = std::uint64_t{16} << 20;
 constexpr std::string_view signature("GCOL\x01");  // and version 1
 constexpr std::uint64_t header = 16;               // of a collection and of an object in it
 constexpr std::uint64_t longest_string = std::uint64_t{1} << 20;
-
-// Part of the file from `begin`. Heaps that begin before `end` are looked at, and end within the
-// bytes that follow.
-struct Window {
-  std::uint64_t begin = 0, end = 0;
-  std::string bytes;
-};
+constexpr std::uint64_t window_size = 4 * longest_string, overlap = longest_string + (1 << 16);
 
 // Little-endian, as the format has it everywhere.
 std::uint64_t number(std::string_view bytes, std::uint64_t at, int size) {
@@ -37,6 +32,7 @@ std::uint64_t number(std::string_view bytes, std::uint64_t at, int size) {
 }
 
 using Sizes = std::map<std::uint64_t, std::uint64_t>;  // of the objects of a collection, by index
+using Heaps = std::map<std::uint64_t, Sizes>;          // by address
 
 // Three reserved bytes, the size, and objects that follow each other: index, reference count,
 // reserved, size, data padded to 8 bytes. Index 0 is the free space at the end, its size counts the
@@ -79,41 +75,40 @@ bool references_are_sound(std::string_view bytes, std::uint64_t address, const S
   return true;
 }
 
-bool heaps_are_sound(const Window& window, const std::vector<Window>& windows) {
-  const std::string_view bytes = window.bytes;
-  for (auto at = bytes.find(signature); at < window.end - window.begin;
-       at = bytes.find(signature, at + 1)) {
-    const Sizes sizes = read_collection(bytes.substr(at));
-    for (const auto& other : windows) {
-      if (!references_are_sound(other.bytes, window.begin + at, sizes)) return false;
-    }
-  }
-  return true;
-}
-
-Window read(std::ifstream& in, std::uint64_t begin, std::uint64_t size) {
-  Window window{begin, begin + size, std::string(size + overlap, '\0')};
-  in.seekg(static_cast<std::streamoff>(begin));
-  in.read(window.bytes.data(), static_cast<std::streamsize>(size + overlap));
-  window.bytes.resize(in.gcount());
-  in.clear();  // the end of the file may come before that of the overlap
-  return window;
-}
-
-bool look_through(const std::filesystem::path& file, std::uint64_t size) {
+// Calls look(bytes, begin, size) for the parts of the file from begin to begin + size, in one
+// buffer. Heaps that begin there end within the bytes that follow. False once look() is.
+template <typename Look>
+bool each_window(const std::filesystem::path& file, std::uint64_t size, const Look& look) {
   std::ifstream in(file, std::ios::binary);
   if (!in.is_open()) return false;
-  std::vector<Window> windows;
-  if (size <= largest_whole) {
-    windows.push_back(read(in, 0, size));
-  } else {
-    windows.push_back(read(in, 0, window_size));
-    windows.push_back(read(in, size - window_size, window_size));
-  }
-  for (const auto& window : windows) {
-    if (!heaps_are_sound(window, windows)) return false;
-  }
-  return true;
+  std::string bytes(std::min(size, window_size + overlap), '\0');
+  const auto part = [&](std::uint64_t begin, std::uint64_t end) {
+    for (; begin < end; begin += window_size) {
+      in.clear();  // the end of the file may come before that of the overlap
+      in.seekg(static_cast<std::streamoff>(begin));
+      in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+      const std::string_view read(bytes.data(), static_cast<std::size_t>(in.gcount()));
+      if (!look(read, begin, std::min(window_size, end - begin))) return false;
+    }
+    return true;
+  };
+  if (size <= largest_whole) return part(0, size);
+  return part(0, ends_looked_at) && part(size - ends_looked_at, size);
+}
+
+bool look_through(const std::filesystem::path& file, std::uint64_t file_size) {
+  Heaps heaps;
+  const auto find_heaps = [&](std::string_view bytes, std::uint64_t begin, std::uint64_t size) {
+    for (auto at = bytes.find(signature); at < size; at = bytes.find(signature, at + 1))
+      heaps[begin + at] = read_collection(bytes.substr(at));
+    return true;
+  };
+  const auto check = [&](std::string_view bytes, std::uint64_t, std::uint64_t) {
+    return std::all_of(heaps.begin(), heaps.end(), [&](const auto& heap) {
+      return references_are_sound(bytes, heap.first, heap.second);
+    });
+  };
+  return each_window(file, file_size, find_heaps) && each_window(file, file_size, check);
 }
 
 }  // namespace
