@@ -117,8 +117,6 @@ const std::vector<Limit>& limits() {
   using namespace feature;
   const std::string impulse = "take `enforcement: impulse`",
                     no_skin = "leave it out of `skin.surfaces`",
-                    stays =
-                        "leave out `time.rotations` and `angular_velocity`, it then stays linear",
                     its_damping = "give its material `damping: {alpha, beta}`, or take ";
   static const std::vector<Limit> all = {
       {newmark,
@@ -148,10 +146,16 @@ const std::vector<Limit>& limits() {
       {into_fixed, {fixed}, "leave this direction out of it, or out of `fixed`"},
       {spin, {supports, fixed}, "leave it out, or hold the instance by links to the ground"},
       {large_rotation, {central_difference, newmark}, "take `integrator: exact`"},
-      {large_rotation, {statics, skin}, stays},
+      {large_rotation,
+       {statics},
+       "keep rotations small, without `time.rotations` and `angular_velocity`"},
+      {large_rotation, {skin}, "leave `skin` out, or its `thickness`"},
       {large_rotation, {supports, fixed}, "hold it by links to the ground"},
       {large_rotation, {penalty, nodal}, impulse},
-      {large_rotation, {points_of_shells, points_of_massless, moments_of_shells}, stays},
+      {large_rotation, {points_of_massless}, "take `basis: craig-bampton` or `characteristic`"},
+      {large_rotation,
+       {points_of_shells, moments_of_shells},
+       "take `as: rigid`, or keep its rotations small"},
       {large_rotation, {interface_points}, "name their sets in `reduction.interface`"},
       {large_rotation,
        {point_inertia},

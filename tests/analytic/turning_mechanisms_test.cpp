@@ -282,7 +282,7 @@ TEST_F(TurningMechanisms, ASliderCrankHasItsStroke) {
              .links = "  - {between: [a.base, ground], angular_velocity: " + text(spin) +
                       "}\n  - {between: [a.tip, b.base]" + hinge +
                       "  - {between: [b.tip, ground], fix: [y]}\n",
-             .time = "end: " + text(end) + ", step: " + (as == "rigid" ? "5.0e-4" : "auto"),
+             .time = "end: " + text(end) + ", step: auto",
              .output = "every: 0.01, history: [a.tip, b.tip]",
              .component = reduced});
     for (std::size_t i = 0; i < ran.result.time.size(); ++i) {
@@ -343,7 +343,7 @@ TEST_F(TurningMechanisms, AFourBarLinkageFollowsItsCrank) {
                                 "  - {between: [b.tip, c.base]}\n  - {between: [d.tip, e.base]}\n"
                                 "  - {between: [d.base, ground]" +
                                 hinge + "  - {between: [c.tip, e.tip]" + hinge,
-                       .time = "end: 1, step: 5.0e-4",
+                       .time = "end: 1",
                        .output = "every: 0.05, history: [a.tip, c.tip]"});
   double most = 0;
   for (std::size_t i = 0; i < ran.result.time.size(); ++i) {

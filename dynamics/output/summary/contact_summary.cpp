@@ -141,13 +141,28 @@ void friction_warning(const ContactPair& pair, Report& report) {
                              change));
 }
 
-void residual_warning(const ContactPair& pair, Report& report) {
+void tie_warning(const ContactPair& pair, Report& report) {
   if (pair.has_state() && pair.seen().tie_report.free_motions > 0)
     report.warning("contact " + pair.name + ": " + tie_text(pair.seen().tie_report, *pair.slave));
-  if (pair.enforcement != Enforcement::penalty && pair.seen().residual > good_residual)
-    report.warning(
-        "contact " + pair.name +
-        ": not all gaps could be closed or opened (complementarity residual above 1e-6)");
+}
+
+// One for all: pairs of one mechanism share a solution and its residual.
+void residual_warning(const std::vector<ContactPair>& pairs, Report& report) {
+  const ContactPair* worst = nullptr;
+  std::size_t n = 0;
+  for (const ContactPair& pair : pairs) {
+    if (pair.enforcement == Enforcement::penalty || !(pair.seen().residual > good_residual))
+      continue;
+    ++n;
+    if (worst == nullptr || pair.seen().residual > worst->seen().residual) worst = &pair;
+  }
+  if (worst == nullptr) return;
+  report.warning(
+      "contact " + worst->name + (n > 1 ? " and " + counted(n - 1, "more pair") : "") +
+      format_text(": not all gaps could be closed or opened: complementarity residual %.2g (good: "
+                  "below 1e-6): take a smaller time.step, and look for motions that links or ties "
+                  "hold twice",
+                  worst->seen().residual));
 }
 
 // What is wrong, and its cure. Instances that are apart have nothing in common: one is behind the
@@ -204,10 +219,11 @@ void contact_lines(const BuiltScene& built, bool is_restarted, Report& report) {
         report.detail("contact " + pair.name + ": Newton's method needed help in " +
                       counted(pair.seen().n_fallbacks, "step"));
     }
-    residual_warning(pair, report);
+    tie_warning(pair, report);
     friction_warning(pair, report);
     penetration_warning(pair, report);
   }
+  residual_warning(pairs, report);
   if (n_apart > 0) report.line("contact: " + counted(n_apart, "more pair") + " that never touched");
 }
 

@@ -370,7 +370,7 @@ void close_links(Simulation& sim, const ContactGroup& group, double h, ContactSt
                  EnforcementResult& result) {
   // Relative separations: round-off, and the limit of a solution
   constexpr double closed = 1e-13, open = 1e-7;
-  constexpr int most = 40;
+  constexpr int most = 40, most_stalls = 4;
   Holds holds = holds_of(sim, group);
   // Newton's method need not come nearer at once where springs pass a corner of their tables
   const bool bends = std::any_of(group.bodies.begin(), group.bodies.end(), [&](Index b) {
@@ -380,8 +380,14 @@ void close_links(Simulation& sim, const ContactGroup& group, double h, ContactSt
   ImpulseMemory memory;
   const Points guess = Points::Zero(static_cast<Index>(holds.points.size()), 3);
   double before = HUGE_VAL, separated = separate(sim, group, h, holds, state);
-  for (int k = 0; k < most && separated > closed && (separated < 0.5 * before || k < patience);
-       ++k) {
+  // Mechanisms close by factors that vary: open ones go on after a step that gained little
+  int stalls = 0;
+  const auto goes_on = [&](int k) {
+    if (!(separated < 0.5 * before)) ++stalls;
+    return separated > closed &&
+           (stalls == 0 || k < patience || (separated > open && stalls <= most_stalls));
+  };
+  for (int k = 0; k < most && goes_on(k); ++k) {
     if (bends) memory = ImpulseMemory();
     for (const Index b : group.bodies) {
       ContactBody& contact = state.bodies[b];
@@ -403,6 +409,8 @@ void close_links(Simulation& sim, const ContactGroup& group, double h, ContactSt
     separated = separate(sim, group, h, holds, state);
   }
   for (const Index b : group.bodies) sweep(state.bodies[b]);
+  // The first solution had the rows of the start; without other laws what remains open counts
+  if (holds.points.size() == group.list.points.size()) result.residual = separated;
   if (separated <= open) return;
   std::ostringstream message;
   message.precision(3);

@@ -115,6 +115,11 @@ LinkRate fastest_link(const BuiltScene& built) {
     const double rate = std::max(std::sqrt(square), decay);
     if (rate > fastest.rate) fastest = {rate, link.joint->name()};
   }
+  for (const ContactPair& pair : built.simulation.pairs) {
+    if (!pair.driven || !pair.turning || !pair.turning->of_rotations) continue;
+    const double rate = pair.driven->motion.largest_speed().norm();
+    if (rate > fastest.rate) fastest = {rate, pair.name};
+  }
   return fastest;
 }
 

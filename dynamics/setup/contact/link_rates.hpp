@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Rates of springs and dashpots on rigid bodies, which may determine the step.
+// Rates of springs and dashpots on rigid bodies, and of given rotations, which may determine the
+// step.
 #pragma once
 
 #include <string>
@@ -8,8 +9,8 @@
 
 namespace cbr {
 
-// Fastest link on rigid bodies: the larger of omega (springs) and c / m (dashpots), with elastic
-// ends held in place.
+// Fastest link: on rigid bodies the larger of omega (springs) and c / m (dashpots), with elastic
+// ends held in place; the largest angular velocity of a given rotation.
 struct LinkRate {
   double rate = 0;  // 1 / s; 0: no such link
   std::string link;
@@ -17,7 +18,7 @@ struct LinkRate {
 LinkRate fastest_link(const BuiltScene& built);
 
 // Largest h rate / 2, the relative error of velocities at the end of a step, which lack half of the
-// next impulse.
+// next impulse. A given rotation goes by as many rad a step, where links close by linear steps.
 constexpr double link_step_share = 0.01;
 
 // Longest step for that error, 0: no limit. Rates that outputs at intervals `every` cannot show do
