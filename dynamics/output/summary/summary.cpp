@@ -36,6 +36,15 @@ double drift(const RunResult& result, Series3 RunResult::OfBody::*series, double
   return scale > 0 ? worst / scale : 0;
 }
 
+// Largest energy: of all, or of the motion of one body, as springs can have energies below 0.
+double largest_energy(const RunResult& result) {
+  double energy = 0;
+  for (const double total : result.total) energy = std::max(energy, std::abs(total));
+  for (const RunResult::OfBody& body : result.bodies)
+    for (const double kinetic : body.kinetic_energy) energy = std::max(energy, kinetic);
+  return energy;
+}
+
 // Reports the progress of a run that ended early or skipped steps.
 void reached_lines(const BuiltScene& built, const RunResult& result, Report& report) {
   const TimePlan& plan = built.simulation.plan;
@@ -113,8 +122,7 @@ void energy_warning(const BuiltScene& built, const RunResult& result, Report& re
   double brought = 0;
   for (std::size_t i = 0; i < result.time.size(); ++i)
     if (result.active[i] == 0) brought = std::max(brought, result.work_contact[i]);
-  const double scale = std::max(*std::max_element(result.total.begin(), result.total.end()),
-                                std::abs(result.work_external.back()));
+  const double scale = std::max(largest_energy(result), std::abs(result.work_external.back()));
   // Nodes in contact oscillate within exact steps. That counts as energy until they are released: a
   // few per cent for a body that is pressed at its critical step.
   constexpr double share_of_swings = 0.2;
@@ -204,10 +212,9 @@ void work_line(const BuiltScene& built, const RunResult& result, Report& report)
 
 Balance balance(const RunResult& result) {
   Balance b;
-  double scale = 0;
+  double scale = largest_energy(result);
   for (std::size_t i = 0; i < result.time.size(); ++i) {
-    scale = std::max({scale, std::abs(result.total[i]), std::abs(result.work_external[i]),
-                      std::abs(result.work_contact[i])});
+    scale = std::max({scale, std::abs(result.work_external[i]), std::abs(result.work_contact[i])});
     const double work = result.work_external[i] + result.work_contact[i] + result.work_friction[i] +
                         result.work_damping[i] + result.work_numerical[i];
     b.energy_off = std::max(b.energy_off, std::abs(result.total[i] - result.total[0] - work));
