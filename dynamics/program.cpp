@@ -338,7 +338,8 @@ void print_modes(const std::string& scene_or_dash, Index n, const std::filesyste
   Scene scene = read_timed(scene_or_dash, report);
   scene.output.checkpoint.reset();
   if (results.empty()) scene.output.fields.clear();
-  std::erase(scene.output.fields, "contact_pressure");
+  std::erase_if(scene.output.fields,
+                [](const std::string& field) { return field.starts_with("contact_"); });
   if (!results.empty() && scene.output.fields.empty()) scene.output.fields = {"displacement"};
   if (!results.empty()) check_outputs(scene, {results, {}, {}, "cbr-modes"});
   SceneModes modes = scene_modes(scene, n, report);

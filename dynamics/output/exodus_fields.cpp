@@ -119,7 +119,7 @@ ExodusVariables variables_of(const std::vector<FieldGrid>& grids,
       std::any_of(grids.begin(), grids.end(), [](const FieldGrid& g) { return g.is_shell(); });
   for (const std::string& field : fields) {
     if (field == "stress") variables.element = datasets_of(field, has_shells);
-    if (field == "contact_pressure") variables.nodal.push_back(field);
+    if (field.starts_with("contact_")) variables.nodal.push_back(field);
     if (field == "displacement" || field == "velocity")
       for (const char axis : {'x', 'y', 'z'}) variables.nodal.push_back(field + "_" + axis);
   }

@@ -250,11 +250,11 @@ Matrix FieldWriter::nodal_stresses(const FieldGrid& grid, const Matrix3& T) {
 }
 
 // p x 1: at contact nodes, 0 elsewhere.
-Matrix FieldWriter::pressures(const FieldGrid& grid) const {
+Matrix FieldWriter::of_contact(const FieldGrid& grid, Vector ContactNodes::*values) const {
   const auto& of = built_.instances[grid.instance];
   Vector of_body = Vector::Zero(built_.simulation.bodies[grid.instance]->n_nodes());
   if (const ContactNodes* contact = contact_of_[grid.instance])
-    of_body(contact->nodes) = contact->pressure;
+    of_body(contact->nodes) = contact->*values;
   if (grid.part < 0) return of_body.head(grid.points.rows());
   const std::vector<Index>& node = of.parts[grid.part].node;
   Matrix out = Matrix::Zero(grid.points.rows(), 1);
@@ -286,7 +286,8 @@ void FieldWriter::add(double t) {
     };
     write("displacement", [&]() -> const Points& { return motion.u; });
     write("velocity", [&]() -> const Points& { return motion.v; });
-    write("contact_pressure", [&] { return pressures(grids_[g]); });
+    write("contact_pressure", [&] { return of_contact(grids_[g], &ContactNodes::pressure); });
+    write("contact_slip", [&] { return of_contact(grids_[g], &ContactNodes::slip); });
     if (!grids_[g].block) continue;
     Matrix3 T = built_.instances[grids_[g].instance].placement.T;
     if (motion.turn) T = *motion.turn * T;

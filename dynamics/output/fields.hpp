@@ -27,9 +27,9 @@ class FieldWriter {
     std::vector<double> times;
     Index digest = 0;  // of the writer that saved them
   };
-  // `fields`: displacement, velocity, stress, nodal_stress, contact_pressure. Reports fields that
-  // are not available. `saved`: continues from there. `run_hash`: of the run, empty for modes.
-  // InputError: `saved` is of another run, or does not match its checksums and digest.
+  // `fields`: as of output.fields. Reports fields that are not available. `saved`: continues from
+  // there. `run_hash`: of the run, empty for modes. InputError: `saved` is of another run, or does
+  // not match its checksums and digest.
   FieldWriter(const Scene& scene, const BuiltScene& built, const std::filesystem::path& results,
               Report& report, const std::string& run_hash = "",
               const std::optional<Saved>& saved = {});
@@ -49,7 +49,7 @@ class FieldWriter {
   void start(const std::string& run_hash);
   void go_on(const Saved& saved, const std::string& run_hash);
   Motion motion_of(const FieldGrid& grid) const;
-  Matrix pressures(const FieldGrid& grid) const;
+  Matrix of_contact(const FieldGrid& grid, Vector ContactNodes::*values) const;
   const Points& strained(Index instance);
   Matrix stresses(const FieldGrid& grid, const Matrix3& T);
   Matrix nodal_stresses(const FieldGrid& grid, const Matrix3& T);

@@ -70,8 +70,8 @@ class XdmfText {
          << "</Topology>\n<Geometry GeometryType=\"XYZ\">"
          << item(heavy_, grid_group(g) + "points", n, 3, false) << "</Geometry>\n";
     const std::string group = step_group(step) + std::to_string(g) + "/";
-    for (const std::string field :
-         {"displacement", "velocity", "stress", "nodal_stress", "contact_pressure"}) {
+    for (const std::string field : {"displacement", "velocity", "stress", "nodal_stress",
+                                    "contact_pressure", "contact_slip"}) {
       const bool of_cells = field == "stress",
                  vector = field == "displacement" || field == "velocity";
       if (!wanted(field) || (is_stress(field) && !grid.block)) continue;

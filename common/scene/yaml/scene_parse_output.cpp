@@ -10,8 +10,8 @@
 namespace cbr {
 namespace {
 
-const std::vector<std::string> field_names = {"displacement", "velocity", "stress", "nodal_stress",
-                                              "contact_pressure"};
+const std::vector<std::string> field_names = {"displacement", "velocity",         "stress",
+                                              "nodal_stress", "contact_pressure", "contact_slip"};
 
 void read_elements(const SceneNode& node, const SceneReading&, std::vector<Index>& elements) {
   std::set<Index> seen;

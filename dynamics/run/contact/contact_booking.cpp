@@ -80,6 +80,22 @@ void spread_over_faces(const ContactSurface& surface, const ContactBody& body,
   }
 }
 
+// Adds the way of this step along the other surface to that of the slave nodes that touch it. Of a
+// rigid body few of these need an impulse.
+void book_slip(const ContactGroup& group, const ContactSearch& of, const EnforcementResult& result,
+               double size, Vector& slip) {
+  constexpr double closed = 1e-9;  // times the size of a face
+  Index counted = -1;              // a node at two faces counts once
+  for (auto i = of.first; i < of.last; ++i) {
+    const auto row = static_cast<Index>(i);
+    const Index node = group.list.terms[group.list.points[i].first_term].node;
+    const bool touches = result.pushes(row) || result.gap(row, 0) <= closed * size;
+    if (group.laws[i].law != ContactLaw::coulomb || !touches || node == counted) continue;
+    slip[node] += result.gap.row(row).tail<2>().norm();
+    counted = node;
+  }
+}
+
 // Books normal impulses at slave and master nodes, or pressures where these are known.
 void book_pressure(const ContactGroup& group, const ContactSearch& of, const ContactPair& pair,
                    const EnforcementResult& result, ContactState& state) {
@@ -126,6 +142,9 @@ void book(Simulation& sim, const ContactGroup& group, const EnforcementResult& r
     now.n_fallbacks += result.fallback;
     book_unknowns(result, static_cast<std::size_t>(&of - group.searches.data()), now);
     if (pair.law.law != ContactLaw::tied) book_pressure(group, of, pair, result, state);
+    Vector& slip = sim.contact_nodes[pair.slave->body].slip;
+    if (slip.size() > 0 && of.memory == &now.memory)
+      book_slip(group, of, result, pair.slave->size, slip);
   }
 }
 

@@ -89,8 +89,9 @@ ContactState start_contact(Simulation& sim) {
   for (std::size_t b = 0; b < n; ++b) {
     state.bodies[b].impulses.setZero(static_cast<Index>(sim.contact_nodes[b].nodes.size()), 3);
     state.impulses_since_output[b] = state.bodies[b].friction = state.bodies[b].impulses;
-    if (sim.contact_nodes[b].areas.size() > 0)
-      state.normal_since_output[b] = state.pressure_since_output[b] = state.bodies[b].impulses;
+    if (sim.contact_nodes[b].areas.size() == 0) continue;
+    state.normal_since_output[b] = state.pressure_since_output[b] = state.bodies[b].impulses;
+    sim.contact_nodes[b].slip.setZero(sim.contact_nodes[b].areas.size());
   }
   tie_pairs(sim, state);
   for (const ContactPair& pair : sim.pairs) {

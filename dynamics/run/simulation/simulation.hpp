@@ -146,7 +146,7 @@ struct ContactNodes {
   Index body = 0;            // index into Simulation::bodies
   Index set = 0;             // Body::track
   std::vector<Index> nodes;  // the body's, ascending
-  // For nodal pressures, else empty. Per node, undeformed, scene axes: tributary area of the
+  // For fields of contact, else empty. Per node, undeformed, scene axes: tributary area of the
   // contact faces, as sum of outward vectors and of their magnitudes
   Points area_vectors;
   // areas: 0 for nodes of second-order faces, which have corner functions. Values of these at the
@@ -155,6 +155,7 @@ struct ContactNodes {
   SparseMatrix corner_values;
   Points corner_normals = Points(0, 3);
   Vector pressure;  // normal force per area, mean since the last output
+  Vector slip;      // of slave nodes with friction, since the start: length of the way
 };
 
 // A surface with recorded mean motion and contact force.

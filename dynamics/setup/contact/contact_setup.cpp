@@ -324,7 +324,8 @@ std::vector<ContactKind> add_contact(const SceneIndex& index, BuiltScene& built,
   const ContactNumbers contact_of_instance =
       add_contact_nodes(names, linked_nodes(index, built), sides, sim);
   const auto& fields = index.scene().output.fields;
-  if (std::find(fields.begin(), fields.end(), "contact_pressure") != fields.end())
+  if (std::any_of(fields.begin(), fields.end(),
+                  [](const std::string& field) { return field.starts_with("contact_"); }))
     fill_areas(names, contact_of_instance, sides, sim);
   sim.pairs.reserve(entries.list.size());
   SharedByPairs shared(sim, *index.scene().time);

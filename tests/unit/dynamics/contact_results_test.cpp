@@ -101,6 +101,39 @@ TEST_F(ContactResults, PressureIsForceOverAreaWhereBarsMeet) {
   }
 }
 
+// A block on a plane with friction 0.1 starts at 0.2 under a gravity of 1, stops at 2 and stays. Of
+// elastic blocks single nodes leave the plane for some steps. A step loses half of its change of
+// speed: h v / 2 in all.
+TEST_F(ContactResults, SlipIsTheWayOverTheOtherSurface) {
+  for (const std::string kind : {"rigid", "superelement", "mesh"}) {
+    SCOPED_TRACE(kind);
+    test::Ran ran = folder_.prepare(
+        "materials: {m: {youngs_modulus: 1000, poissons_ratio: 0, density: 1}}\n"
+        "components: {bar: {mesh: bar.msh, material: m, reduction: {interface: [z_min], modes: "
+        "20}}}\ninstances: {a: {component: bar, as: " +
+        kind +
+        ", velocity: [0.2, 0, 0]}}\n"
+        "walls: {floor: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}}}\n"
+        "contact: [{between: [a.z_min, floor], friction: 0.1}]\n"
+        "loads: [{gravity: [0, 0, -1]}]\n"
+        "time: {end: 3, preload: 1" +
+        (kind == "rigid" ? ", step: 0.01" : "") +
+        "}\n"
+        "output: {every: 0.1, history: [a.z_min], fields: [contact_slip]}\n");
+    Simulation& sim = ran.built.simulation;
+    std::vector<Vector> slips;
+    RunOptions options;
+    options.on_output = [&](Index, double) { slips.push_back(sim.contact_nodes[0].slip); };
+    const RunResult result = run(sim, options);
+    for (std::size_t i = 0; i < result.time.size(); ++i) {
+      const double t = std::min(2.0, result.time[i]), way = 0.2 * t - 0.05 * t * t;
+      EXPECT_NEAR(slips[i].mean(), way, kind == "rigid" ? 1.01e-3 : 4e-3) << result.time[i];
+      EXPECT_GE(slips[i].minCoeff(), i > 0 ? slips[i - 1].minCoeff() : 0);
+    }
+    EXPECT_LT((slips.back() - slips[slips.size() - 2]).norm(), kind == "rigid" ? 1e-12 : 1e-3);
+  }
+}
+
 TEST_F(ContactResults, ResultantsChangeTheMotion) {
   const std::string apart =
       "a: {component: bar, velocity: [0.01, 0, 0]}, "
