@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -330,7 +331,7 @@ INSTANTIATE_TEST_SUITE_P(Models, Halves,
 
 // Shapes as fields: the first bending shape of a cantilever, whose tip moves most, and whose mass
 // is 1.
-// 20 000 rows of ties between meshes are the most; here as if it were 20.
+// 20 000 rows of ties are the most of a mesh; here as if it were 20.
 TEST_F(OfScene, MoreRowsOfTiesThanMemoryIsMeantForAreRefused) {
   const std::string yaml =
       "materials:\n  soft: {youngs_modulus: 200, poissons_ratio: 0, density: 1}\n"
@@ -339,14 +340,75 @@ TEST_F(OfScene, MoreRowsOfTiesThanMemoryIsMeantForAreRefused) {
       "contact: [{between: [a.x_max, b.x_min], tied: true}]\ntime: {end: 1}\n";
   Report report("test", Verbosity::quiet);
   const Scene scene = folder.prepare(yaml).scene;
-  const auto modal = modal_scene(scene, {7, 0, true}, false, report);
-  EXPECT_EQ(assembled_modes(*modal, {0, 1}, 7, 27).lambda.size(), 7);
-  const std::string said = test::refusal_of([&] { assembled_modes(*modal, {0, 1}, 7, 20); });
-  EXPECT_NE(
-      said.find("scene.yaml: instance 'a' and what is joined to it have 27 conditions of ties "
-                "and links, and --modes takes at most 20 between meshes: use as: superelement"),
-      std::string::npos)
+  const auto modal = modal_scene(scene, {7, 0, false}, false, report);
+  const auto with_at_most = [&](Index rows) {
+    return assembled_modes(*modal, {0, 1}, 7, {}, JoinedBy::size, rows).lambda.size();
+  };
+  EXPECT_EQ(with_at_most(27), 7);
+  const std::string said = test::refusal_of([&] { with_at_most(20); });
+  EXPECT_NE(said.find("scene.yaml: instance 'a' has 27 conditions of ties and links, and --modes "
+                      "takes at most 20 of a mesh: use as: superelement"),
+            std::string::npos)
       << said;
+}
+
+// Four parts around an edge, whose nodes have a redundant row each; bars on ball joints, with more
+// free motions than a block of Lanczos has columns; and a spring with a dashpot.
+TEST_F(OfScene, LanczosFindsTheModesOfDenseMatrices) {
+  folder.add("part.exo", test::block_mesh({{6, 2, 2}, {0.5, 0.1, 0.1}}));
+  const auto part = [](const std::string& name, const std::string& x, const std::string& y) {
+    return "  " + name + ": {component: part, as: superelement, position: [" + x + ", " + y +
+           ", 0]}\n";
+  };
+  std::string bars = "instances:\n", joints = "links:\n";
+  for (int i = 0; i < 8; ++i) {
+    bars += part("b" + std::to_string(i), std::to_string(0.5 * i), "0");
+    if (i > 0)
+      joints += "  - {between: [b" + std::to_string(i - 1) + ".right, b" + std::to_string(i) +
+                ".left], fix: [x, y, z]}\n";
+  }
+  const std::string pair = "instances:\n" + part("a", "0", "0") + part("b", "0.5", "0");
+  const std::array<std::string, 3> scenes = {
+      pair + part("c", "0", "0.1") + part("d", "0.5", "0.1") +
+          "contact:\n  - {between: [a.x_max, b.x_min], tied: true}\n"
+          "  - {between: [c.x_max, d.x_min], tied: true}\n"
+          "  - {between: [a.y_max, c.y_min], tied: true}\n"
+          "  - {between: [b.y_max, d.y_min], tied: true}\n",
+      bars + joints,
+      pair +
+          "links: [{between: [a.right, b.left], stiffness: [30, 20, 10, 0.1, 0.2, 0.3], "
+          "damping: [0, 0.01, 0.02, 0, 1.0e-4, 0]}]\n"
+          "boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}]\n"};
+  Report report("test", Verbosity::quiet);
+  for (const std::string basis : {"craig-bampton, modes: 20", "massless, modes: 13"}) {
+    double worst = 0, worst_c = 0;
+    for (const std::string& scene : scenes) {
+      const std::string yaml =
+          "materials: {soft: {youngs_modulus: 200, poissons_ratio: 0.3, density: 1, damping: "
+          "{alpha: 0.5, beta: 0.001}}}\ncomponents:\n  part: {mesh: part.exo, material: soft, "
+          "points: {left: {surface: x_min}, right: {surface: x_max}}, reduction: {basis: " +
+          basis + ", interface: [x_min, x_max, y_min, y_max]}}\n" + scene + "time: {end: 1}\n";
+      const auto modal = modal_scene(folder.prepare(yaml).scene, {34, 0, true}, false, report);
+      std::vector<Index> bodies(modal->bodies.size());
+      std::iota(bodies.begin(), bodies.end(), Index{0});
+      Index n = 0;
+      for (const BodyModes& body : modal->bodies) n += body.omega().size();
+      const Index count = std::min<Index>(34, n / 3);
+      const auto found = [&](JoinedBy by) {
+        return assembled_modes(*modal, bodies, count, {}, by);
+      };
+      const AssembledModes dense = found(JoinedBy::dense), sparse = found(JoinedBy::lanczos);
+      for (Index j = 0; j < count; ++j) {
+        EXPECT_EQ(dense.lambda[j] == 0, sparse.lambda[j] == 0) << basis << " " << j << scene;
+        if (dense.lambda[j] == 0) continue;
+        worst = std::max(worst, std::abs(sparse.lambda[j] / dense.lambda[j] - 1));
+        worst_c = std::max(worst_c, std::abs(sparse.c[j] / dense.c[j] - 1));
+      }
+    }
+    std::printf("%s: lambda %.1e, c %.1e\n", basis.c_str(), worst, worst_c);
+    EXPECT_LT(worst, 1e-9) << basis;
+    EXPECT_LT(worst_c, 1e-8) << basis;
+  }
 }
 
 // Open contact is not part of the modes, but of what the superelement was made for.

@@ -17,8 +17,6 @@ constexpr double shift = 1e-9;
 // Shift of the residual series for a mesh with rigid motions, relative to the lowest elastic
 // eigenvalue, so that rigid motions do not dominate it.
 constexpr double series_shift = 0.1;
-// A joined mesh gets all modes if it has this many free dofs, or this many per mode requested.
-constexpr Index all_up_to = 1000, all_for_one = 12;
 
 // Orthonormal basis of the unconstrained directions   (3 n x free).
 SparseMatrix free_basis(Index n, const std::vector<HeldDirection>& held) {
@@ -45,7 +43,7 @@ Eigenpairs lowest_pairs(const SparseMatrix& K, const SparseMatrix& M, const Spar
   const Index n = static_cast<Index>(K.rows());
   const double highest = std::pow(2 * std::numbers::pi * wanted.up_to_hz, 2);
   Index k = wanted.count.value_or(32);
-  if (wanted.is_joined && (n <= all_up_to || n <= all_for_one * k)) k = n;
+  if (wanted.is_joined && takes_all_modes(n, k)) k = n;
   for (;; k *= 2) {
     k = std::min(k, n);
     Eigenpairs pairs = sparse_eigenpairs(K, M, factor, sigma, k);

@@ -41,6 +41,10 @@ struct MeshModes {
   double sigma_ = 0;
 };
 
+// Whether all modes of n dofs that are joined cost less, in dense matrices, than the lowest k: up
+// to 1000 dofs, or 12 for each mode.
+inline bool takes_all_modes(Index n, Index k) { return n <= 1000 || n <= 12 * k; }
+
 inline constexpr const char* no_factor =
     "the mesh has motions without stiffness and mass, as elements of reduced integration in a row "
     "have (C3D20R): mesh two across, or give element: hex8, which integrates them in full";

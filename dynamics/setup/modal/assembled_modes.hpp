@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Modes of instances joined by ties and links, with large meshes in all of their dofs.
+// Modes of instances joined by ties and links: superelements, and meshes in all of their dofs.
 #pragma once
 
 #include <vector>
 
+#include "common/linalg/progress.hpp"
 #include "dynamics/setup/modal/modal_scene.hpp"
 
 namespace cbr {
@@ -15,16 +16,18 @@ struct AssembledModes {
       shapes;  // of each body: of a mesh 3 N x modes, component axes, else n x modes
 };
 
-// Whether a mesh among the bodies omits modes, so that its own do not give those of all.
-bool needs_assembly(const ModalScene& scene, const std::vector<Index>& bodies);
+// How modes are found. dense: all of them, in dense matrices, without meshes in all of their dofs.
+// size: dense where that costs less.
+enum class JoinedBy { size, dense, lanczos };
 
-// The lowest `count`, by shift-invert Lanczos with D = K - sigma M of the separate bodies. Ties
-// give rows A x + S p = 0 (m x n; S: m x m, compliance of springs and residual compliance; p: tie
-// forces).
+// The lowest `count` of bodies that ties join. Ties give rows A x + S p = 0 (m x n; S: m x m,
+// compliance of springs and residual compliance; p: tie forces). Shift-invert Lanczos with D = K -
+// sigma M of the separate bodies:
 //   (K - sigma M)^-1 r = y - D^-1 A^T W^-1 A y,   y = D^-1 r,   W = A D^-1 A^T + S.
-// Dependent rows are dropped. InputError: more than most_rows of them, as W takes 8 bytes per two.
-// RunError: no convergence.
+// W is sparse, with a dense block for the rows of each body. InputError: a mesh has more than
+// most_rows of them. RunError: no convergence.
 AssembledModes assembled_modes(const ModalScene& scene, const std::vector<Index>& bodies,
-                               Index count, Index most_rows = 20000);
+                               Index count, const Progress& progress = {},
+                               JoinedBy by = JoinedBy::size, Index most_rows = 20000);
 
 }  // namespace cbr

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "common/base/error.hpp"
@@ -108,7 +109,6 @@ class Sweep {
           !asked_[b].loads.isZero(0) || drives_[b].any() || !asked_[b].answer.r[0].isZero(0);
     }
     damp_meshes();
-    take_independent_rows();
   }
 
   bool excites() const { return excites_; }
@@ -125,8 +125,7 @@ class Sweep {
       add_ties(b, inverse.back(), y.back(), w, W, apart);
     }
     ComplexVector out(3 * static_cast<Index>(modal_.built.simulation.monitors.size()));
-    ComplexVector force = ComplexVector::Zero(m);
-    if (m > 0) force(rows_) = solve(W(rows_, rows_), -apart(rows_));
+    const ComplexVector force = solve(W, -apart);
     for (std::size_t b = 0; b < asked_.size(); ++b) take_sets(b, inverse[b], y[b], force, w, out);
     return out;
   }
@@ -195,32 +194,6 @@ class Sweep {
     }
   }
 
-  // Independent rows of the ties, found at a shift below all modes. Rows of dashpots, which have no
-  // compliance there, are all kept.
-  void take_independent_rows() {
-    const auto m = static_cast<Index>(modal_.ties.size());
-    if (m == 0) return;
-    double shift = 0;
-    for (const BodyModes& body : modal_.bodies)
-      for (const double omega : body.omega())
-        if (omega > 0 && (shift == 0 || omega * omega < shift)) shift = omega * omega;
-    if (shift == 0) shift = 1;
-    Matrix W = Matrix::Zero(m, m);
-    for (std::size_t b = 0; b < asked_.size(); ++b) {
-      const std::vector<Index>& tie = asked_[b].tie;
-      const auto n = static_cast<Index>(tie.size());
-      if (n == 0) continue;
-      const Matrix A = asked_[b].answer.A.topRows(n);
-      const Vector weight = (modal_.bodies[b].omega().array().square() + shift).inverse();
-      W(tie, tie) += A * weight.asDiagonal() * A.transpose();
-      if (!asked_[b].answer.S.empty()) W(tie, tie) += asked_[b].answer.S[0].topLeftCorner(n, n);
-    }
-    std::vector<Index> stiff;
-    for (Index t = 0; t < m; ++t) (modal_.ties[t].is_dashpot ? rows_ : stiff).push_back(t);
-    for (const Index row : independent_rows(W(stiff, stiff))) rows_.push_back(stiff[row]);
-    std::sort(rows_.begin(), rows_.end());
-  }
-
   // Change of the sum per unit translation of the whole body, by component. Rotation nodes do not
   // count.
   Vector3 carried(std::size_t b, const NodalSum& sum) const {
@@ -273,21 +246,29 @@ class Sweep {
     }
   }
 
-  // Solves W x = b in real arithmetic, without rows of zeros.
+  // Solves W x = b in real arithmetic. A row of zeros has no force.
   static ComplexVector solve(const ComplexMatrix& W, const ComplexVector& b) {
-    std::vector<Index> rows;
-    for (Index i = 0; i < W.rows(); ++i)
-      if (!W.row(i).isZero(0)) rows.push_back(i);
-    const auto n = static_cast<Index>(rows.size());
-    const ComplexMatrix A = W(rows, rows);
+    const Index n = W.rows();
+    ComplexVector x = ComplexVector::Zero(n);
+    if (n == 0) return x;
+    Vector more(2 * n);
+    for (Index i = 0; i < n; ++i) {
+      const double own = std::abs(W(i, i));
+      more[i] = more[n + i] = own > 0 ? tie_slack * own : std::numeric_limits<double>::max();
+    }
     Matrix real(2 * n, 2 * n);
-    real << A.real(), -A.imag(), A.imag(), A.real();
-    Vector right(2 * n);
-    right << b(rows).real(), b(rows).imag();
-    const Vector x = Lu(std::move(real)).solve(right);
-    ComplexVector out = ComplexVector::Zero(W.rows());
-    for (Index i = 0; i < n; ++i) out[rows[i]] = Complex(x[i], x[n + i]);
-    return out;
+    real << W.real(), -W.imag(), W.imag(), W.real();
+    real.diagonal() += more;
+    const Lu factor(std::move(real));
+    for (int i = 0; i < tie_refinements; ++i) {
+      const ComplexVector left = b - W * x;
+      Vector right(2 * n);
+      right << left.real(), left.imag();
+      const Vector change = factor.solve(right);
+      x.real() += change.head(n);
+      x.imag() += change.tail(n);
+    }
+    return x;
   }
 
   void take_sets(std::size_t b, const ComplexVector& inverse, const ComplexVector& alone,
@@ -309,7 +290,6 @@ class Sweep {
   const ModalScene& modal_;
   std::vector<Drive> drives_;
   std::vector<Asked> asked_;
-  std::vector<Index> rows_;  // of ties
   bool excites_ = false;
 };
 

@@ -273,21 +273,6 @@ void BodyModes::add_series(const std::vector<NodalSum>& sums, int terms,
   }
 }
 
-std::vector<Index> independent_rows(const Matrix& W) {
-  // Relative to W's pivots, with rows scaled to 1
-  constexpr double implied = 1e-11;
-  std::vector<Index> moved;
-  for (Index i = 0; i < W.rows(); ++i)
-    if (W(i, i) > 0) moved.push_back(i);
-  if (moved.empty()) return moved;
-  const Vector scale = Vector(W.diagonal()(moved)).cwiseSqrt().cwiseInverse();
-  const PivotedQr qr(scale.asDiagonal() * W(moved, moved) * scale.asDiagonal(), implied);
-  std::vector<Index> rows;
-  for (Index j = 0; j < qr.rank(); ++j) rows.push_back(moved[qr.column(j)]);
-  std::sort(rows.begin(), rows.end());
-  return rows;
-}
-
 bool has_ties(const Scene& scene) {
   return !scene.links.empty() || preload_steps(scene) > 0 ||
          std::any_of(scene.contact.begin(), scene.contact.end(),

@@ -101,9 +101,10 @@ struct ModalScene {
   std::vector<TieRow> ties;
 };
 
-// Independent rows of a symmetric positive semi-definite W (m x m): without rows of zeros, and
-// without rows that depend on others within round-off; ascending.
-std::vector<Index> independent_rows(const Matrix& W);
+// Compliance added to each row of ties, relative to its own, so that redundant rows have a factor.
+// Solutions are refined, and do not have it.
+inline constexpr double tie_slack = 1e-12;
+inline constexpr int tie_refinements = 3;
 
 // Whether ties, links or points may join instances, or couple nodes of one.
 bool has_ties(const Scene& scene);
