@@ -11,10 +11,10 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 85908,
+    "lines of product": 85910,
     "files of product": 620,
     "lines of python/cbr": 1979,
-    "lines of tests": 65666,
+    "lines of tests": 65695,
     "files of tests": 390,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 355,

@@ -161,6 +161,35 @@ TEST_F(Harmonic, OfTiedHalvesIsThatOfTheWhole) {
   }
 }
 
+// Two halves that the preload presses together are the whole. A constant load presses and excites,
+// gravity presses alone, and a load whose history begins with 0 excites alone.
+TEST_F(Harmonic, OfPressedHalvesIsThatOfTheWhole) {
+  struct Case {
+    std::string loads;
+    Vector3 force;
+  };
+  const std::string on_end = "{instance: b, surface: x_max, force: ";
+  for (const Case& c : {Case{on_end + "[-1.0e-3, 0, 0]}", Vector3(-1e-3, 0, 0)},
+                        Case{"{gravity: [-1, 0, 0]}, " + on_end +
+                                 "[1, 2, 3], history: {time: [0, 1], value: [0, 1]}}",
+                             push_of_beam}})
+    for (const std::string as : {"superelement", "mesh"}) {
+      std::string yaml =
+          material +
+          "components:\n  half: {mesh: half.exo, material: soft, mass: lumped, reduction: "
+          "{interface: [x_min, x_max], modes: 135}}\ninstances:\n  a: {component: half, as: " +
+          as + "}\n  b: {component: half, as: " + as +
+          ", position: [0.5, 0, 0]}\n"
+          "contact: [{between: [a.x_max, b.x_min], friction: 0.3}]\n"
+          "boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}]\nloads: [" +
+          c.loads + "]\n" + sweep + "output: {history: [b.x_max]}\n";
+      yaml.replace(yaml.find("end: 1}"), 7, "end: 1, preload: 1}");
+      const double found = error(respond(yaml), c.force, Vector3::Zero());
+      std::printf("pressed, %s: %.2g\n", as.c_str(), found);
+      EXPECT_LT(found, 1e-9) << as << c.loads;
+    }
+}
+
 // Larger meshes in some modes and a series: the half that is tied is free by itself. Against the
 // whole in its modes and its series.
 TEST_F(Harmonic, OfTiedLargeMeshesIsThatOfTheWhole) {

@@ -315,16 +315,13 @@ Vector frequencies(const SweepOptions& sweep) {
 }  // namespace
 
 HarmonicResponse harmonic_response(const Scene& scene_of_run, Report& report) {
-  Scene scene = with_options_of_files(scene_of_run);
+  const Scene scene = with_options_of_files(scene_of_run);
   if (!scene.sweep)
     throw InputError(scene.file.string() +
                      ": --sweep needs sweep: {from_hz: F, to_hz: F} in the scene");
   if (scene.output.history.empty())
     throw InputError(scene.sweep->source.text() +
                      ": sweep: needs output.history: the sets whose motion is written");
-  if (std::erase_if(scene.loads,
-                    [](const Load& load) { return load.kind == Load::Kind::gravity; }) > 0)
-    report.line("note: a sweep leaves out gravity, which does not swing");
   refuse_open_contact(scene);
   const MeshModesWanted wanted{scene.sweep->modes, modes_beyond * scene.sweep->to_hz,
                                has_ties(scene)};

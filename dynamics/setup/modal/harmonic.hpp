@@ -24,8 +24,8 @@ struct HarmonicResponse {
 };
 
 // Response to loads and prescribed motions as sines in phase, with their values as amplitudes.
-// Without histories and gravity. InputError: no sweep, no output.history, contact that is not tied,
-// no excitation, a resonance frequency of an undamped scene.
+// Histories and gravity act in load steps alone. InputError: no sweep, no output.history, contact
+// that is not tied, no excitation, a resonance frequency of an undamped scene.
 HarmonicResponse harmonic_response(const Scene& scene, Report& report);
 
 }  // namespace cbr

@@ -61,8 +61,8 @@ void tell_ties(const Simulation& sim, Report& report) {
   }
 }
 
-// The scene as statics load it before the time 0. With `loads` they are amplitudes of a sweep.
-Scene preloaded(Scene scene, bool loads) {
+// The scene as statics load it before the time 0.
+Scene preloaded(Scene scene) {
   const bool grow = scene.time->is_static;
   TimeOptions time;
   time.end = 1;
@@ -70,7 +70,6 @@ Scene preloaded(Scene scene, bool loads) {
   time.is_static = true;
   time.preload = preload_steps(scene);
   scene.time = time;
-  if (loads) scene.loads.clear();
   for (Load& load : scene.loads)
     if (!grow && load.history.time.empty()) load.history = {{0, 1}, {1, 1}};
   for (Instance& instance : scene.instances) instance.velocity.setZero();
@@ -96,6 +95,7 @@ void add_closed(const Scene& scene, const BuildOptions& options, Report& report,
   report.end_progress();
   if (!is_found) throw RunError(result.failure);
   const std::vector<ContactList> closed = equilibrium.closed_points();
+  const std::size_t n_tied = rows.size();
   for (std::size_t p = 0; p < closed.size(); ++p) {
     const ContactPair& pair = sim.pairs[p];
     if (pair.law.law == ContactLaw::tied) continue;
@@ -104,6 +104,7 @@ void add_closed(const Scene& scene, const BuildOptions& options, Report& report,
                 " points are closed by the preload" +
                 (pair.law.law == ContactLaw::coulomb ? ", and stick" : ""));
   }
+  if (rows.size() == n_tied) report.warning("the preload closes no contact: no force acts there");
 }
 
 // M = L L^T over the motions with mass: L^-T as columns, 6 x n, so that V^T M V = 1.
@@ -298,10 +299,14 @@ std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWante
   modal->scene.output.reactions.clear();
   Scene before = modal->scene;
   before.time = scene.time;
+  const auto n_gravity = std::erase_if(
+      modal->scene.loads, [](const Load& load) { return load.kind == Load::Kind::gravity; });
   if (!loads) modal->scene.loads.clear();
   const auto n_closing = std::erase_if(modal->scene.contact,
                                        [](const ContactOptions& contact) { return !contact.tied; });
   const bool is_preloaded = n_closing > 0 && preload_steps(scene) > 0;
+  if (loads && n_gravity > 0)
+    report.line("note: gravity does not excite a sweep: it acts in load steps alone");
   if (n_closing > 0 && !is_preloaded)
     report.line(
         "note: contact that is not tied is left out: what it alone holds moves freely, with "
@@ -326,7 +331,7 @@ std::unique_ptr<ModalScene> modal_scene(const Scene& scene, const MeshModesWante
     if (pair.has_state()) add_rows(sim, pair.seen().ties, modal->ties);
   if (is_preloaded) {
     options.mesh_modes.reset();
-    add_closed(preloaded(std::move(before), loads), options, report, modal->ties);
+    add_closed(preloaded(std::move(before)), options, report, modal->ties);
   }
   return modal;
 }
