@@ -14,8 +14,8 @@ BOUNDS = {
     "lines of product": 85910,
     "files of product": 620,
     "lines of python/cbr": 1979,
-    "lines of tests": 65695,
-    "files of tests": 390,
+    "lines of tests": 65996,
+    "files of tests": 391,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 355,
     "classes derived from Body": 4,

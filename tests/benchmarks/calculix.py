@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """CalculiX's input files of the cases in peers.py, and its results. Keywords: Dhondt, CalculiX CrunchiX User's Manual, "Input deck format".
 CalculiX has no default stiffness of contact: in motion it is 0.3 E over the length of an element, ten times as much gains energy in explicit steps."""
+import functools
 import pathlib
 import re
 import subprocess
@@ -11,13 +12,14 @@ import t1
 
 # Corners of the faces S1 .. of a brick and of a tetrahedron of second order, from 0
 FACES = {8: ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)), 10: ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))}
+FACES[4] = FACES[10]
 MIRRORED = (4, 5, 6, 7, 0, 1, 2, 3)  # a mirrored hex is right-handed again when its top becomes its bottom
 STEEL_M, STEEL_MM, STEEL_T1 = (2.1e11, 0.3, 7850.0), (2.1e5, 0.3, 7.85e-9), (5.17e12, 0.3, 7836.0)
 OUTPUTS = 24  # points of time; an explicit step prints every increment for them
 
 
 class Mesh:
-    """nodes (n x 3); cells (n_e x 8 or 10) of node numbers from 0; sides {name: (nodes, corners of the faces)}. Of gmsh's file, which gmsh rewrites."""
+    """nodes (n x 3); cells (n_e x 4, 8 or 10) of node numbers from 0; sides {name: (nodes, corners of the faces)}. Of gmsh's file, which gmsh rewrites."""
 
     def __init__(self, path):
         inp, rows, kinds = pathlib.Path(path).with_suffix(".inp"), {}, {}
@@ -45,7 +47,7 @@ class Mesh:
         weights = np.zeros(len(self.nodes))
         a, b, c, d = (self.nodes[self.cells[:, k]] for k in range(4))
         volume = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)
-        of_a_node = np.ones(8) if self.cells.shape[1] == 8 else volume[:, None] * np.array([-1 / 20] * 4 + [1 / 5] * 6)
+        of_a_node = {4: volume[:, None], 8: np.ones(8), 10: volume[:, None] * np.array([-1 / 20] * 4 + [1 / 5] * 6)}[self.cells.shape[1]]
         np.add.at(weights, self.cells, of_a_node)
         return weights / weights.sum()
 
@@ -54,7 +56,7 @@ class Deck:
     """Lines of an input file; the first node number of each body."""
 
     def __init__(self, steel):
-        self.lines, self.first, self.n_nodes, self.n_cells = [], {}, 0, 0
+        self.lines, self.first, self.pairs, self.n_nodes, self.n_cells = [], {}, [], 0, 0
         self.say("*MATERIAL, NAME=STEEL", "*ELASTIC", f"{steel[0]:g}, {steel[1]:g}", "*DENSITY", f"{steel[2]:g}")
 
     def say(self, *lines):
@@ -87,20 +89,21 @@ class Deck:
             self.say("*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR", f"{stiffness:g}" + (f", {1e-6 * stiffness:g}" if contact.startswith("NODE") else ""))
         if friction:
             self.say("*FRICTION", f"{friction}, {stiffness / 10:g}")  # the slope of sticking that the manual advises
+        self.pairs = pairs
         for slave, master in pairs:
             self.say(f"*CONTACT PAIR, INTERACTION=TOUCH, TYPE={contact}", f"{slave}, {master}")
 
-    def motion(self, end, moved, bodies, implicit, step, alpha):
-        """One step that prints the displacements of the sets `moved` at times, and the velocities of the bodies at its end. A step for each
+    def motion(self, end, bodies, implicit, step, alpha):
+        """One step that prints displacements and energies of the bodies and the forces of contact at times. A step for each
         output would shift bodies in contact at each start, by some half an increment of the speed (docs/benchmarks.md)."""
         self.say("*TIME POINTS, NAME=OUT, GENERATE", f"{end / OUTPUTS:.9g}, {end:.9g}, {end / OUTPUTS:.9g}")
         self.say("*STEP, INC=1000000", "*DYNAMIC" + (f", ALPHA={alpha:g}" if implicit else ", EXPLICIT") + (", DIRECT" if step else ""))
         self.say(f"{step or end / 200:g}, {end:.9g}")
         often = f"FREQUENCY={max(1, round(end / OUTPUTS / step)) if step else 1}" if implicit else "TIME POINTS=OUT"
-        for name in moved:
-            self.say(f"*NODE PRINT, NSET=N{name}, {often}", "U")
         for name in bodies:
-            self.say(f"*NODE PRINT, NSET=N{name}, FREQUENCY=1000000", "V")
+            self.say(f"*NODE PRINT, NSET=N{name}, {often}", "U", f"*EL PRINT, ELSET=E{name}, TOTALS=ONLY, {often}", "ELSE, ELKE")
+        for slave, master in self.pairs:
+            self.say(f"*CONTACT PRINT, SLAVE={slave}, MASTER={master}, {often}", "CF")
         self.say("*END STEP")
 
     def write(self, path):
@@ -115,20 +118,23 @@ def write_impact(path, mesh, contact="SURFACE TO SURFACE", implicit=False, step=
     face = mesh.nodes[mesh.sides["contact"][1][0]]
     deck.contact([("LEFT_contact", "RIGHT_contact")], 0.3 * STEEL_T1[0] / np.ptp(face, axis=0).max(), contact=contact)
     deck.say("*INITIAL CONDITIONS, TYPE=VELOCITY", f"NLEFT, 1, {t1.SPEED}")
-    deck.motion(t1.END, ("LEFT_contact", "RIGHT_contact"), ("LEFT", "RIGHT"), implicit, step, alpha)
+    deck.motion(t1.END, ("LEFT", "RIGHT"), implicit, step, alpha)
     deck.write(path)
 
 
-def write_fall(path, mesh, friction=0.0, implicit=False, step=0.0, alpha=-0.05):
-    """The pedestal falls onto a fixed brick."""
+def write_strike(path, mesh, side, velocity, height, end, friction=0.0, implicit=False, step=0.0, alpha=-0.05):
+    """A part strikes with one side, along z, a fixed brick whose face is at `height`."""
     deck = Deck(STEEL_M)
-    deck.mesh("PART", mesh, "C3D10")
-    floor = np.array([[x, y, z] for z in (-0.05, 0) for x, y in ((-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1))])
-    deck.body("FLOOR", floor, np.arange(8)[None], {"top": (np.arange(4, 8), np.arange(4, 8)[None])}, "C3D8", shift=(0, 0, -1e-6))
-    edge = np.ptp(mesh.nodes[mesh.sides["foot"][1]], axis=1).max(axis=1).mean()
-    deck.contact([("PART_foot", "FLOOR_top")], 0.3 * STEEL_M[0] / edge, friction)
-    deck.say("*BOUNDARY", "NFLOOR, 1, 3", "*INITIAL CONDITIONS, TYPE=VELOCITY", "NPART, 1, 0.5", "NPART, 3, -1.")
-    deck.motion(2e-4, ("PART",), ("PART",), implicit, step, alpha)
+    deck.mesh("PART", mesh, f"C3D{mesh.cells.shape[1]}")
+    low, high = mesh.nodes.min(axis=0)[:2] - 0.03, mesh.nodes.max(axis=0)[:2] + 0.03
+    # Its face is toward the part: below it, or above with the sign of the velocity
+    brick = np.array([[x, y, z] for z in (0.05 * np.sign(velocity[2]), 0) for x, y in ((low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1]))])
+    cell = np.arange(8)[list(MIRRORED) if velocity[2] > 0 else list(range(8))]
+    deck.body("WALL", brick, cell[None], {"face": (np.arange(4, 8), np.arange(4, 8)[None])}, "C3D8", shift=(0, 0, height))
+    edge = np.ptp(mesh.nodes[mesh.sides[side][1]], axis=1).max(axis=1).mean()
+    deck.contact([(f"PART_{side}", "WALL_face")], 0.3 * STEEL_M[0] / edge, friction)
+    deck.say("*BOUNDARY", "NWALL, 1, 3", "*INITIAL CONDITIONS, TYPE=VELOCITY", *(f"NPART, {axis + 1}, {v}" for axis, v in enumerate(velocity) if v))
+    deck.motion(end, ("PART",), implicit, step, alpha)
     deck.write(path)
 
 
@@ -164,19 +170,24 @@ def write_joint(path, folder, stiffness=1e7, springs=0.0, contact="SURFACE TO SU
     deck.write(path)
 
 
-def write_matrices(path, mesh, steel, element, kept=None):
+def write_matrices(path, mesh, steel, kept=None):
     """K and M of all dofs; with the side `kept` its stiffness alone."""
     deck = Deck(steel)
-    deck.mesh("PART", mesh, element)
+    deck.mesh("PART", mesh, f"C3D{mesh.cells.shape[1]}")
     deck.say("*STEP", *(["*FREQUENCY, SOLVER=MATRIXSTORAGE", "1"] if kept is None else
                         ["*SUBSTRUCTURE GENERATE", "*RETAINED NODAL DOFS, SORTED=NO", f"NPART_{kept}, 1, 3", f"*SUBSTRUCTURE MATRIX OUTPUT, FILE NAME={path.stem}, STIFFNESS=YES"]), "*END STEP")
     deck.write(path)
 
 
+@functools.lru_cache(maxsize=1)
 def blocks(stem):
-    """(quantity, set, time, rows of node and components) of each table that was printed."""
-    parts = re.split(r"\n? *(\w+) \([^\n]*\) for set (\S+) and time +(\S+)\n", pathlib.Path(f"{stem}.dat").read_text())
-    return [(kind, name, float(t), np.fromstring(rows, sep=" ").reshape(-1, 4)) for kind, name, t, rows in zip(parts[1::4], parts[2::4], parts[3::4], parts[4::4])]
+    """(quantity, set, time, rows of node and components) of each table that was printed; a total has one number, the force of a contact six."""
+    parts = re.split(r"^ *([a-z][a-z ]*?)(?: \([^\n]*\))? for (?:slave )?set (\S+?)(?:, master set \S+)? and time +(\S+)\n", pathlib.Path(f"{stem}.dat").read_text(), flags=re.M)
+    found = []
+    for kind, name, t, rows in zip(parts[1::4], parts[2::4], parts[3::4], parts[4::4]):
+        values = np.fromstring(rows.split("(mx,my,mz)")[1].strip().split("\n")[0] if kind == "statistics" else rows, sep=" ")
+        found.append((kind, name, float(t), values if kind == "statistics" or kind.startswith("total") else values.reshape(-1, 4)))
+    return found
 
 
 def reached(stem):
@@ -186,15 +197,22 @@ def reached(stem):
     return max(times, default=None)
 
 
-def path(stem, name, weights=None):
-    """t (n) and displacement (n x 3) of a set, the mean of its nodes or with these weights."""
-    found = [(t, np.average(rows[:, 1:], axis=0, weights=weights)) for kind, of, t, rows in blocks(stem) if kind == "displacements" and of == f"N{name}".upper()]
+def path(stem, name, weights):
+    """t (n) and displacement (n x 3) of a body, the mean of its nodes with these weights."""
+    found = [(t, np.average(rows[:, 1:], axis=0, weights=weights)) for kind, of, t, rows in blocks(stem) if kind == "displacements" and of == f"N{name}"]
     return np.array([0.0] + [t for t, _ in found]), np.array([np.zeros(3)] + [u for _, u in found])
 
 
-def speed(stem, name, weights):
-    """Of a body at the end (3)."""
-    return next(weights @ rows[:, 1:] for kind, of, _, rows in reversed(blocks(stem)) if kind == "velocities" and of == f"N{name}")
+def history(stem, axis):
+    """t, force of the contact along an axis, energy of all bodies (n)."""
+    force, energy = {}, {}
+    for kind, _, t, values in blocks(stem):
+        if kind == "statistics":
+            force[t] = force.get(t, 0) + values[axis]
+        elif kind.startswith("total"):
+            energy[t] = energy.get(t, 0) + values[0]
+    t = np.array(sorted(energy))
+    return t, np.array([force.get(at, 0) for at in t]), np.array([energy[at] for at in t])
 
 
 def joint_figures(stem):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Plots of the benchmarks from their CSV files: OUT/bench-t1.png, bench-ratio.png, bench-phases.png, bench-peers.png.
+"""Plots of the benchmarks from their CSV files: OUT/bench-t1.png, bench-ratio.png, bench-phases.png, bench-peers.png, bench-curves.png.
 
     plots.py contact-cost.csv contact-cost.png    seconds a step over contact nodes, by phase, of bench_contact_cost
 """
@@ -125,8 +125,27 @@ def plot_peers(rows, file):
     save(fig, file)
 
 
+def plot_curves(rows, file):
+    """Force of the contact and energy over time: a row of two panels for each case that several programs have."""
+    cases = [case for case in dict.fromkeys(row["case"] for row in rows) if len({row["program"] for row in rows if row["case"] == case}) > 1]
+    if not cases:
+        return
+    fig, axes = plt.subplots(len(cases), 2, figsize=(11, 3.6 * len(cases)), layout="constrained", squeeze=False)
+    for pair, case in zip(axes, cases):
+        of = [row for row in rows if row["case"] == case]
+        for number, key in enumerate(dict.fromkeys((row["program"], row["setting"]) for row in of)):
+            for axis, curve in zip(pair, ("force", "energy")):
+                points = [(row["t"], row["value"]) for row in of if (row["program"], row["setting"], row["curve"]) == (*key, curve)]
+                axis.plot(*zip(*points), "-" if key[0] == "cbr" else "--", color=plt.get_cmap("tab10").colors[number % 10], linewidth=1.2, label=": ".join(key))
+        style(pair[0], f"{case}: force of the contact", "s", "N", "both")
+        style(pair[1], f"{case}: energy", "s", "% of the start", "both")
+        pair[1].legend(frameon=False, fontsize=7, loc="upper left", bbox_to_anchor=(1, 1))
+    save(fig, file)
+
+
 def make(out):
     plot_peers(read_csv(out / "peers.csv"), out / "bench-peers.png")
+    plot_curves(read_csv(out / "peer-curves.csv"), out / "bench-curves.png")
     rows = measured(read_csv(out / "t1.csv"))
     if rows:
         plot_time_and_error(rows, out / "bench-t1.png")
