@@ -395,7 +395,7 @@ struct SweepOptions {
 struct OutputOptions {
   double every = 0;  // 0: every step
   std::vector<SurfaceName> history;
-  // displacement | velocity | stress | nodal_stress | contact_pressure
+  // displacement | velocity | stress | nodal_stress | contact_pressure | contact_slip
   std::vector<std::string> fields;
   std::vector<StressOptions> stress;
   std::vector<SurfaceName> reactions;  // sets that `boundary` holds

@@ -28,7 +28,8 @@ Points contact_points(const Simulation& sim, const ContactSurface& surface) {
   return sim.bodies[contact.body]->reference_positions()(contact.nodes, Eigen::all);
 }
 
-std::size_t stride_of(std::size_t n) { return std::max<std::size_t>(1, n / most_looked_at); }
+// Odd, as surfaces may list nodes of two sides in turns.
+std::size_t stride_of(std::size_t n) { return n / most_looked_at | 1; }
 
 struct Look {
   bool opposed = false;   // a node's normal opposes a face's

@@ -12,6 +12,7 @@
 #include "tests/support/refusal.hpp"
 #include "tests/support/restarted_run.hpp"
 #include "tests/support/scene_run.hpp"
+#include "tests/unit/common/elements/box_mesh.hpp"
 
 namespace cbr::pressures_test {
 namespace {
@@ -77,6 +78,28 @@ TEST_F(Pressures, AFlatImpactNeedsAQuarterOfTheUnknowns) {
   EXPECT_LT(d.force, 1e-3);
   EXPECT_LT(d.momentum, 1e-3);
   EXPECT_LT(d.unknowns, 169 / 3.0);
+}
+
+// Corners of second-order faces have forces below 0 under a uniform pressure.
+TEST_F(Pressures, TheForceOfAPairIsThatOfItsFaces) {
+  for (const ElementType type : {ElementType::hex20, ElementType::hex27, ElementType::tet10}) {
+    folder_.add("block.exo",
+                test::box_with_faces(type, {7, 7, 2}, {1, 1, 0.5}, "x_min", "opposite"));
+    Fall sliding{.wall = "plane: {point: [0, 0, 0], normal: [0, 0, 1]}",
+                 .contact = ", friction: 0.3, pressures: 24",
+                 .velocity = "[0.5, 0, -1]"};
+    sliding.end = 0.03;
+    std::string scene = scene_of(sliding);
+    scene.replace(scene.find("[0.01, -0.5, -0.5]"), 18, "[0, 0, 0.01]");
+    const Ran ran = folder_.run(scene);
+    EXPECT_GT(ran.built.simulation.pairs.front().seen().n_function_steps, 0);
+    const auto& by_pair = ran.result.pairs.front()["force"].values;
+    const auto& by_faces = ran.monitor("b.x_min").force.values;
+    ASSERT_EQ(by_pair.size(), by_faces.size());
+    const double most = std::abs(*std::max_element(by_faces.begin(), by_faces.end()));
+    for (std::size_t i = 0; i < by_pair.size(); ++i)
+      EXPECT_NEAR(by_pair[i], by_faces[i], 1e-9 * most) << i;
+  }
 }
 
 TEST_F(Pressures, AWallThatIsTiltedOrRoundMeetsNodesWhereTheFaceIsPartlyOpen) {

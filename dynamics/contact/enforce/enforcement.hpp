@@ -33,9 +33,9 @@ struct EnforcementResult {
   HeldPoints held = {};  // empty: none
 
   bool is_held(Index point) const { return held.pressure.size() > 0 && held.pressure[point] >= 0; }
-  // Whether contact acts at a point: nodal forces of corner functions may be negative.
+  // Whether contact acts at a point: on second-order faces functions have nodal forces below 0.
   bool pushes(Index point) const {
-    return p(point, 0) > 0 || (is_held(point) && (held.pressure[point] > 0 || p(point, 0) < 0));
+    return p(point, 0) != 0 || (is_held(point) && held.pressure[point] > 0);
   }
 };
 
