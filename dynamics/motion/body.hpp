@@ -12,8 +12,8 @@
 #include "common/base/types.hpp"
 #include "dynamics/contact/nodes/node_response.hpp"
 #include "dynamics/contact/surfaces/motion_bound.hpp"
-#include "dynamics/motion/body_load.hpp"
 #include "dynamics/motion/body_readings.hpp"
+#include "dynamics/motion/loads.hpp"
 
 namespace cbr {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/motion/driven_motion.hpp"
+#include "dynamics/motion/prescribed_motion.hpp"
 
 #include <algorithm>
 #include <cmath>

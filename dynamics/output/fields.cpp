@@ -13,9 +13,8 @@
 #include "common/base/error.hpp"
 #include "common/fem/stress_values.hpp"
 #include "common/files/output_file.hpp"
-#include "dynamics/output/exodus_fields.hpp"
+#include "dynamics/output/field_formats.hpp"
 #include "dynamics/output/output_names.hpp"
-#include "dynamics/output/xdmf.hpp"
 
 namespace cbr {
 namespace {

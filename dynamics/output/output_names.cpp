@@ -8,7 +8,7 @@
 #include "common/files/output_file.hpp"
 #include "common/files/replaced_file.hpp"
 #include "dynamics/output/checkpoint.hpp"
-#include "dynamics/output/exodus_fields.hpp"
+#include "dynamics/output/field_formats.hpp"
 
 namespace cbr {
 namespace {

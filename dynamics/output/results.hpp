@@ -16,6 +16,9 @@
 
 namespace cbr {
 
+struct HarmonicResponse;
+struct SceneModes;
+
 // InputError before the run, if two sets or pairs would have the same group in the results.
 void refuse_names_that_meet(const Simulation& simulation);
 // InputError before the run, if the outputs kept until its end would need more than `memory` bytes.
@@ -42,5 +45,15 @@ RunInputs inputs_of(const Scene& scene, const std::string& hash,
 void write_results(const std::filesystem::path& file, const Simulation& simulation,
                    const RunResult& result, const Report& report, const RunInputs& inputs = {},
                    std::optional<double> outside_basis = {});
+
+// Results without time steps: harmonic response, and modes with their shapes. The table beside the results: sweep.csv.
+std::filesystem::path sweep_table(const std::filesystem::path& results);
+
+// Writes HDF5, and the table beside it. RunError for disk errors.
+void write_sweep(const std::filesystem::path& file, const HarmonicResponse& response);
+
+// Writes frequencies and damping ratios to HDF5, and shapes as fields beside it. The time of a
+// shape is the mode's number, from 1.
+void write_modes(const std::filesystem::path& file, SceneModes& modes, Report& report);
 
 }  // namespace cbr

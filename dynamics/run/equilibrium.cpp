@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "common/base/error.hpp"
-#include "dynamics/run/contact/contact_booking.hpp"
+#include "dynamics/run/contact/contact_group.hpp"
 
 namespace cbr {
 namespace {

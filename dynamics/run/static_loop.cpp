@@ -6,7 +6,7 @@
 #include "common/files/state_archive.hpp"
 #include "dynamics/run/equilibrium.hpp"
 #include "dynamics/run/recorder.hpp"
-#include "dynamics/run/simulation/stopwatch.hpp"
+#include "dynamics/run/simulation/run_result.hpp"
 
 namespace cbr {
 namespace {

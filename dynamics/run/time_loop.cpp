@@ -12,7 +12,7 @@
 #include "dynamics/run/contact/pair_schedule.hpp"
 #include "dynamics/run/equilibrium.hpp"
 #include "dynamics/run/recorder.hpp"
-#include "dynamics/run/simulation/stopwatch.hpp"
+#include "dynamics/run/simulation/run_result.hpp"
 
 namespace cbr {
 namespace {

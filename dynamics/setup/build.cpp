@@ -20,7 +20,6 @@
 #include "dynamics/setup/built/instance_elements.hpp"
 #include "dynamics/setup/components/superelement_alone.hpp"
 #include "dynamics/setup/contact/contact_setup.hpp"
-#include "dynamics/setup/contact/link_rates.hpp"
 #include "dynamics/setup/contact/points.hpp"
 #include "dynamics/setup/contact/starting_overlap.hpp"
 

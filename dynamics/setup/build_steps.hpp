@@ -26,18 +26,14 @@ std::vector<double> turn_limits(const SceneIndex& index, const BuiltScene& built
 // limit in the run. Empty: none does.
 std::string first_turning_strike(const SceneIndex& index, const BuiltScene& built);
 
-// monitors_setup.cpp: after contact and the bodies. InputError: a missing set.
-void add_monitors(const SceneIndex& index, BuiltScene& built);
+// output_setup.cpp
 
-// stress_setup.cpp
+// After contact and the bodies. InputError: a missing set, or as below.
+void add_monitors(const SceneIndex& index, BuiltScene& built);
 
 // Fills simulation.watches and scans. InputError: no recovery data; a missing set or element; a
 // body with large rotation.
 void add_stress(const SceneIndex& index, BuiltScene& built);
-
-// Fills rows and reference of the monitor of an interior set. InputError as above.
-void watch_inside(const SceneIndex& index, const SurfaceName& set, const BuiltScene::OfInstance& of,
-                  Monitor& monitor);
 
 // scene_warnings.cpp
 

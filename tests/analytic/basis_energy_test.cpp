@@ -11,7 +11,7 @@
 
 #include "common/linalg/dense.hpp"
 #include "common/superelement/superelement.hpp"
-#include "dynamics/output/summary/basis_energy.hpp"
+#include "dynamics/output/summary/summary.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::basis_energy_test {

@@ -10,7 +10,7 @@
 
 #include "common/base/error.hpp"
 #include "common/files/state_archive.hpp"
-#include "dynamics/output/summary/contact_summary.hpp"
+#include "dynamics/output/summary/summary.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::equilibrium_test {

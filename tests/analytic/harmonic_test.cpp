@@ -13,7 +13,7 @@
 #include "common/files/hdf5_file.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/mesh/face_weights.hpp"
-#include "dynamics/output/linear_results.hpp"
+#include "dynamics/output/results.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
 #include "tests/support/solve.hpp"

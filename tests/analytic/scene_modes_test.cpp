@@ -17,8 +17,7 @@
 
 #include "common/base/error.hpp"
 #include "common/files/hdf5_file.hpp"
-#include "dynamics/output/linear_results.hpp"
-#include "dynamics/setup/modal/assembled_modes.hpp"
+#include "dynamics/output/results.hpp"
 #include "dynamics/setup/modal/modal_scene.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"

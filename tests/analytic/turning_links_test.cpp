@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "common/files/hdf5_file.hpp"
-#include "dynamics/output/linear_results.hpp"
+#include "dynamics/output/results.hpp"
 #include "dynamics/setup/modal/scene_modes.hpp"
 #include "tests/support/linked_blocks.hpp"
 #include "tests/support/refusal.hpp"

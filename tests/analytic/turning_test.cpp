@@ -13,7 +13,7 @@
 #include <string>
 
 #include "common/files/state_archive.hpp"
-#include "dynamics/motion/modal/free_turn.hpp"
+#include "dynamics/motion/modal/frame.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/restarted_run.hpp"
 #include "tests/support/scene_run.hpp"

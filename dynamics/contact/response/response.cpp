@@ -10,7 +10,6 @@
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense_factor.hpp"
 #include "dynamics/contact/nodes/dense_panels.hpp"
-#include "dynamics/contact/response/body_rows.hpp"
 
 namespace cbr {
 namespace {

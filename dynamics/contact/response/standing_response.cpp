@@ -6,7 +6,7 @@
 
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/kernels/clones.hpp"
-#include "dynamics/contact/response/body_rows.hpp"
+#include "dynamics/contact/response/response.hpp"
 
 namespace cbr {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/contact/surfaces/surface_edges.hpp"
+#include "dynamics/contact/surfaces/contact_surface.hpp"
 
 namespace cbr {
 namespace {

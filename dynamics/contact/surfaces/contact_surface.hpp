@@ -134,8 +134,6 @@ inline bool has_centre(const ContactSurface& surface, Index face) {
 
 FaceCorners corners(const ContactSurface& surface, Index face, const Points& points);
 
-// surface_geometry.cpp
-
 // Outward unit normal from a face's diagonals; zero for a face without area.
 Vector3 mean_normal(const FaceCorners& x);
 
@@ -144,5 +142,18 @@ Vector3 centre(const FaceCorners& x);
 // Of the surface's nodes in the step: the mean motion, and the largest one relative to `drift`.
 Vector3 mean_motion(const ContactSurface& surface, const ContactBody& body);
 double largest_motion(const ContactSurface& surface, const ContactBody& body, const Vector3& drift);
+
+// Fills `edges` and `ridge`; `points` are the undeformed contact nodes of the body.
+void fill_edges(ContactSurface& surface, const Points& points);
+
+// Unit vectors at a point of an edge: its direction, the outward normals of the adjacent faces, and
+// the directions into these faces. At an open edge the missing face is assumed at a right angle.
+struct EdgeWedge {
+  Vector3 direction;
+  std::array<Vector3, 2> normal, inward;
+  // Normalised mean of the two normals.
+  Vector3 outward() const { return (normal[0] + normal[1]).normalized(); }
+};
+EdgeWedge wedge_at(const ContactSurface& surface, const SurfaceEdge& edge, const Points& points);
 
 }  // namespace cbr

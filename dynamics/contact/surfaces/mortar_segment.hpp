@@ -4,10 +4,29 @@
 
 #include <array>
 
-#include "dynamics/contact/surfaces/clipping.hpp"
+#include "common/base/types.hpp"
 #include "dynamics/contact/surfaces/projection.hpp"
 
 namespace cbr {
+
+using Vector2 = Eigen::Vector2d;
+
+inline double cross(const Vector2& a, const Vector2& b) { return a[0] * b[1] - a[1] * b[0]; }
+
+// Convex and counter-clockwise: the overlap of two faces seen along a normal. That of two quads has at most eight corners, of three at most
+// twelve.
+struct Polygon {
+  std::array<Vector2, 12> x;
+  int n = 0;
+};
+
+// > 0 counter-clockwise.
+double area(const Polygon& polygon);
+
+// Intersection of two convex counter-clockwise polygons (Sutherland and Hodgman 1974, doi
+// 10.1145/360767.360802); n < 3: empty. It may have no area if they touch at an edge or a point.
+// `a` and `b` together must have at most twelve corners.
+Polygon clip(const Polygon& a, const Polygon& b);
 
 // A convex piece of a face seen along a normal: the whole face if it is convex in that view, else
 // one of two triangles.

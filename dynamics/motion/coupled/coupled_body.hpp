@@ -12,7 +12,6 @@
 #include "dynamics/motion/coupled/coupled_system.hpp"
 #include "dynamics/motion/modal/modal_body.hpp"
 #include "dynamics/motion/schemes.hpp"
-#include "dynamics/motion/static_state.hpp"
 
 namespace cbr {
 

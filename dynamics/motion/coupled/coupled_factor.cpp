@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/motion/coupled/coupled_factor.hpp"
+#include "dynamics/motion/coupled/coupled_system.hpp"
 
 #include <algorithm>
 #include <cassert>

@@ -8,7 +8,6 @@
 #include "common/base/error.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
-#include "dynamics/motion/coupled/coupled_statics.hpp"
 
 namespace cbr {
 namespace {

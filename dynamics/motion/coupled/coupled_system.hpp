@@ -5,13 +5,50 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "dynamics/motion/coupled/coupled_factor.hpp"
 #include "dynamics/motion/coupled/coupled_model.hpp"
 #include "dynamics/motion/nodal/block_matrix.hpp"
+#include "dynamics/motion/prescribed_motion.hpp"
 
 namespace cbr {
+
+// A = M + theta K of a coupled model, or K, factored once: a step only solves.
+//
+// The modal coordinates q_k of the parts are eliminated exactly, D = I + theta diag(lambda) being
+// diagonal: S = sum over parts (M_cc + theta K_cc - M_kc^T D^-1 M_kc) + M + theta K of meshes and
+// shells, on the free nodal dofs. S is dense for one superelement alone, sparse by dense blocks
+// (CHOLMOD, supernodal) otherwise; a diagonal S (lumped masses) is divided by. One object is for
+// one thread at a time; `model` and `free` must outlive it.
+class CoupledFactor {
+ public:
+  // A = K where theta is infinite. RunError when A is not positive definite, named by `where`.
+  CoupledFactor(const CoupledModel& model, const FreeDofs& free, double theta,
+                const std::string& where);
+  ~CoupledFactor();
+  CoupledFactor(CoupledFactor&&) noexcept;
+  CoupledFactor& operator=(CoupledFactor&&) noexcept;
+
+  double theta() const;
+  // x (n coordinates of the model) = Z A_free^-1 Z^T f, in place: the answer to forces f when held
+  // directions are held. No allocation.
+  void solve(Vector& f) const;
+  // The block of A_free^-1 on the free nodal dofs, S^-1, in place: free x m. What forces on nodes
+  // do to nodes.
+  void solve_free(Eigen::Ref<Matrix> Y) const;
+  // G A^-1 G^T of the displacements of nodes in axes turned by T: rows 3 i + a of G are T_a .
+  // u(nodes[i])   (3m x 3m).
+  Matrix nodal_inverse(const std::vector<Index>& nodes, const Matrix3& T) const;
+  // The least of the diagonal of S that its elimination leaves, as a share of it.
+  double smallest_pivot() const;
+  // S when it is diagonal, else empty.
+  const Vector& diagonal() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 class CoupledStatics;
 
@@ -65,5 +102,41 @@ class CoupledSystem {
   double largest_frequency_ = -1;
   std::unique_ptr<CoupledStatics> statics_;
 };
+
+// K u = f with K of rank n - k: u = K^+ f + R a. R^T M R = m I, m the mass of the model, so that a
+// is a length. K^+ = P K_a^-1 P^T (inertia relief): P = I - R R^T M / m, and K_a is K with k
+// directions more that are held, which carry nothing when P^T f is in equilibrium.
+class CoupledStatics {
+ public:
+  // `held`: of the system. RunError when K is not positive semi-definite, named by `where`.
+  CoupledStatics(CoupledSystem& system, const std::vector<HeldDirection>& held, std::string where);
+
+  const Matrix& floating() const { return R_; }  // R, n x k
+  const Matrix& inertia() const { return MR_; }  // M R, n x k
+  void solve(Vector& f);                         // f <- K^+ f, n
+  // G K^+ G^T of the displacements of nodes (3 m x 3 m), component axes; the same nodes get the
+  // same.
+  std::shared_ptr<const Matrix> nodal_inverse(const std::vector<Index>& nodes);
+
+ private:
+  bool is_anchored(const Matrix& R);
+  Matrix softest_motions();
+  void make_unit(Matrix R);
+  void project(const Matrix& A, const Matrix& B, Vector& x) const;
+
+  CoupledSystem& system_;
+  std::vector<HeldDirection> held_;
+  std::string where_;
+  FreeDofs free_;  // of K_a
+  std::unique_ptr<CoupledFactor> factor_;
+  Matrix R_, MR_;
+  std::vector<std::pair<std::vector<Index>, std::shared_ptr<const Matrix>>> known_;
+};
+
+// How a coupled model rests when its supports are moved. Column j of `motion` (held x m) moves the held directions in the j-th way. RunError: a mass that
+// is not positive definite, named by `where`.
+SupportShapes coupled_shapes(const std::shared_ptr<const CoupledModel>& model,
+                             const std::vector<HeldDirection>& held, const Matrix& motion,
+                             const std::string& where);
 
 }  // namespace cbr

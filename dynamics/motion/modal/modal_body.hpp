@@ -17,7 +17,7 @@
 #include "dynamics/motion/modal/modal_flow.hpp"
 #include "dynamics/motion/modal/modal_newmark.hpp"
 #include "dynamics/motion/modal/residual_motion.hpp"
-#include "dynamics/motion/static_state.hpp"
+#include "dynamics/motion/schemes.hpp"
 
 namespace cbr {
 

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "common/files/state_archive.hpp"
-#include "dynamics/motion/load_history.hpp"
+#include "dynamics/motion/loads.hpp"
 #include "dynamics/motion/modal/turning_forces.hpp"
 
 namespace cbr {

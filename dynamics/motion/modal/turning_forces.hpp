@@ -2,14 +2,16 @@
 // Forces on the modes of a body with large rotation, in axes that turn with it.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "common/superelement/superelement.hpp"
+#include "dynamics/motion/body.hpp"
 #include "dynamics/motion/damping.hpp"
-#include "dynamics/motion/load_history.hpp"
+#include "dynamics/motion/loads.hpp"
 #include "dynamics/motion/modal/forms/modal_form.hpp"
 
 namespace cbr {
@@ -103,6 +105,43 @@ class TurningForces {
   std::optional<Pulls> pulls_;
   Vector drift_;
   double energy_of_spin_ = -1;
+};
+
+class ModalBody;
+
+// A VectorForce on a body in axes that turn with it: all is linear in the vector b there.
+class TurningLoad {
+ public:
+  // axes: those of the scene at the start. modal: undeformed.
+  TurningLoad(const VectorForce& force, const LoadHistory& history, const ModalBody& modal);
+
+  // n x 3: forces on the elastic modes, b = unit vectors
+  const Matrix& elastic() const { return elastic_; }
+  const LoadHistory& history() const { return history_; }
+  // b and the resultant, the latter in the scene's axes, of a history of 1; q: unit quaternion of
+  // the turn
+  Vector3 vector(const Eigen::Quaterniond& q) const {
+    return follows_ ? value_ : q.conjugate() * value_;
+  }
+  Vector3 resultant(const Eigen::Quaterniond& q) const { return q * (resultant_ * vector(q)); }
+  // The moment about the centre of mass, scene axes, of a history of 1. eta: the modal coordinates.
+  Vector3 moment(const Eigen::Quaterniond& q, const Vector& eta) const;
+  // of the largest of the history; arms of the undeformed body
+  double largest_vector() const { return value_.norm() * history_.largest(); }
+  double largest_moment() const { return largest_of(moment_); }
+  double largest_resultant() const { return largest_of(resultant_); }
+
+ private:
+  // of a vector that stays as it is, or points anywhere
+  double largest_of(const Matrix3& map) const {
+    return history_.largest() * (follows_ ? (map * value_).norm() : map.norm() * value_.norm());
+  }
+  Vector3 value_;
+  bool follows_;
+  LoadHistory history_;
+  Matrix elastic_;
+  Matrix3 resultant_ = Matrix3::Zero(), moment_ = Matrix3::Zero();  // columns: of unit vectors b
+  Matrix bend_;  // n x 9: change of moment_ by each modal coordinate, column by column
 };
 
 }  // namespace cbr

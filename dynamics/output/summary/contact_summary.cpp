@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/output/summary/contact_summary.hpp"
+#include "dynamics/output/summary/summary.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -6,8 +6,6 @@
 #include <sstream>
 
 #include "common/base/format_text.hpp"
-#include "dynamics/output/summary/basis_energy.hpp"
-#include "dynamics/output/summary/contact_summary.hpp"
 #include "dynamics/output/summary/summary.hpp"
 
 namespace cbr {

@@ -7,7 +7,6 @@
 
 #include "dynamics/contact/search/mortar.hpp"
 #include "dynamics/contact/search/standing_search.hpp"
-#include "dynamics/run/contact/turning_links.hpp"
 
 namespace cbr {
 namespace {

@@ -9,11 +9,8 @@
 #include "common/base/error.hpp"
 #include "common/base/threads.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "dynamics/run/contact/contact_booking.hpp"
 #include "dynamics/run/contact/contact_group.hpp"
-#include "dynamics/run/contact/settle_contact.hpp"
-#include "dynamics/run/contact/turning_links.hpp"
-#include "dynamics/run/simulation/stopwatch.hpp"
+#include "dynamics/run/simulation/run_result.hpp"
 
 namespace cbr {
 namespace {

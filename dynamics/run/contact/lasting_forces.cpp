@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/run/contact/settle_contact.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "dynamics/run/contact/contact_booking.hpp"
+#include "dynamics/run/contact/contact_group.hpp"
 
 namespace cbr {
 namespace {

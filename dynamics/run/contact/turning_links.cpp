@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/run/contact/turning_links.hpp"
+#include "dynamics/run/contact/contact_group.hpp"
 
 #include <Eigen/Geometry>
 

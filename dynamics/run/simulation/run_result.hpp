@@ -2,6 +2,7 @@
 // Recorded results of a Simulation, and the cost of the run.
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -99,6 +100,21 @@ struct RunResult {
     double rotation = 0, t = 0;
   };
   std::optional<Turned> turned;
+};
+
+// Adds its lifetime in wall time to `sum`.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& sum) : sum_(sum), start_(std::chrono::steady_clock::now()) {}
+  ~Stopwatch() {
+    sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  double& sum_;
+  std::chrono::steady_clock::time_point start_;
 };
 
 }  // namespace cbr

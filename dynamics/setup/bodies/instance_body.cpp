@@ -8,15 +8,15 @@
 #include "common/scene/scene_uses.hpp"
 #include "common/scene/static_forces.hpp"
 #include "dynamics/motion/coupled/coupled_body.hpp"
-#include "dynamics/motion/coupled/coupled_shapes.hpp"
-#include "dynamics/motion/modal/forms/modal_shapes.hpp"
+#include "dynamics/motion/coupled/coupled_system.hpp"
+#include "dynamics/motion/modal/forms/modal_form.hpp"
 #include "dynamics/motion/modal/forms/residual_compliance.hpp"
 #include "dynamics/motion/modal/modal_body.hpp"
 #include "dynamics/motion/prescribed_motion.hpp"
 #include "dynamics/setup/bodies/mesh_modes.hpp"
 #include "dynamics/setup/bodies/support_motion.hpp"
 #include "dynamics/setup/bodies/turning.hpp"
-#include "dynamics/setup/components/skin_shells.hpp"
+#include "dynamics/setup/components/contact_faces.hpp"
 
 namespace cbr {
 namespace {

@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "dynamics/run/simulation/simulation.hpp"
-#include "dynamics/setup/built/gap_watch.hpp"
-#include "dynamics/setup/built/strain_watch.hpp"
+#include "dynamics/setup/built/watches.hpp"
 #include "dynamics/setup/components/component_model.hpp"
 #include "dynamics/setup/components/geometry.hpp"
 
@@ -45,7 +44,7 @@ struct BuiltScene {
   // Per instance, rad, with `rotations: auto`: beyond it the run restarts with large rotation.
   // HUGE_VAL, or empty: never
   std::vector<double> turn_limit;
-  std::string will_turn;  // reason to begin with large rotation instead; empty: none
+  std::string will_turn;         // reason to begin with large rotation instead; empty: none
   bool momentum_is_kept = true;  // without boundary conditions, loads, or contact with rigid walls
 };
 

@@ -5,7 +5,9 @@
 #include <set>
 #include <utility>
 
+#include "common/base/error.hpp"
 #include "common/mesh/face_weights.hpp"
+#include "common/scene/scene_uses.hpp"
 
 namespace cbr {
 namespace {
@@ -134,6 +136,30 @@ std::vector<Index> nodes_of(const IndexTable& faces) {
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   return nodes;
+}
+
+IndexTable skin_faces(const Scene& scene, const std::string& instance, const Geometry& geometry) {
+  IndexTable faces(0, 4);
+  if (!skin_acts(scene)) return faces;
+  for (const auto& [name, surface] : geometry.surfaces) {
+    const bool named = std::any_of(scene.skin->surfaces.begin(), scene.skin->surfaces.end(),
+                                   [&, &its_name = name](const auto& s) {
+                                     return s == its_name || s == instance + "." + its_name;
+                                   });
+    if (named) join_faces(contact_faces(surface), faces);
+  }
+  return faces;
+}
+
+ShellModel skin_shells(const Scene& scene, const std::string& instance, const Geometry& geometry) {
+  const SkinOptions& skin = *scene.skin;
+  const Material material{skin.youngs_modulus, skin.poissons_ratio, skin.density};
+  try {
+    return assemble_shells(skin_faces(scene, instance, geometry), geometry.coordinates,
+                           {material, skin.thickness});
+  } catch (const InputError& error) {
+    throw InputError(skin.source.text() + ": skin: instance '" + instance + "': " + error.what());
+  }
 }
 
 }  // namespace cbr

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/setup/contact/link_rates.hpp"
+#include "dynamics/setup/contact/contact_setup.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/setup/modal/assembled_modes.hpp"
+#include "dynamics/setup/modal/scene_modes.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "dynamics/setup/components/superelement_alone.hpp"
-#include "dynamics/setup/modal/assembled_modes.hpp"
 
 namespace cbr {
 namespace {

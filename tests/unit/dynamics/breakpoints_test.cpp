@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/motion/load_history.hpp"
+#include "dynamics/motion/loads.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "common/base/error.hpp"
-#include "dynamics/motion/coupled/coupled_factor.hpp"
+#include "dynamics/motion/coupled/coupled_system.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 #include "tests/unit/dynamics/coupled_parts.hpp"
 

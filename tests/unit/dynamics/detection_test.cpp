@@ -9,7 +9,7 @@
 #include <cmath>
 #include <random>
 
-#include "dynamics/contact/surfaces/surface_edges.hpp"
+#include "dynamics/contact/surfaces/contact_surface.hpp"
 #include "tests/unit/dynamics/patch.hpp"
 
 namespace cbr::detection_test {

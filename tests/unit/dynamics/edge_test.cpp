@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-#include "dynamics/contact/surfaces/surface_edges.hpp"
+#include "dynamics/contact/surfaces/contact_surface.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
 namespace cbr::edge_test {

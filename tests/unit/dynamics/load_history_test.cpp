@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Loads that share a history are one load, whatever the body; many histories cut a step where any
 // of them bends.
-#include "dynamics/motion/load_history.hpp"
+#include "dynamics/motion/loads.hpp"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include "dynamics/output/checkpoint.hpp"
 #include "dynamics/output/output_names.hpp"
 #include "dynamics/program.hpp"
-#include "dynamics/setup/contact/contact_entries.hpp"
+#include "dynamics/setup/contact/contact_sides.hpp"
 #include "tests/formats/temporary_folder.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 

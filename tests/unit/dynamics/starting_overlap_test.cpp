@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include "dynamics/setup/contact/solid.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::starting_overlap_test {

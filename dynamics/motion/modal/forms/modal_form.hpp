@@ -11,6 +11,7 @@
 #include "common/base/types.hpp"
 #include "common/superelement/superelement.hpp"
 #include "dynamics/motion/modal/forms/form_cache.hpp"
+#include "dynamics/motion/prescribed_motion.hpp"
 
 namespace cbr {
 
@@ -104,5 +105,14 @@ Matrix free_rigid_motions(const Matrix& R, const RigidBody& body, const IndexTab
 IndexTable displacement_rows(const Superelement& superelement);
 // x += of_rows, as displacement_rows() has them; of_rows: rows of V, x: of Body::coordinates().
 void add_to_coordinates(const IndexTable& rows, const Vector& of_rows, Vector& x);
+
+// Of u_c = V_c q + F f_c, as the bases massless and characteristic (without F) have it. `free`: its
+// free form. Column j of `motion` (held x m) moves the held directions in the j-th motion.
+SupportShapes modal_shapes(const Superelement& superelement, const ModalForm& free,
+                           const std::vector<HeldDirection>& held, const Matrix& motion);
+
+// Of the nodes of a rigid body. InputError, after `where`: motions that would strain it.
+SupportShapes rigid_shapes(const Superelement& nodes, const std::vector<HeldDirection>& held,
+                           const Matrix& motion, const std::string& where);
 
 }  // namespace cbr

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "dynamics/setup/build_steps.hpp"
-
 #include <algorithm>
 #include <array>
 #include <map>
 #include <memory>
+#include <utility>
 
 #include "common/base/error.hpp"
 #include "common/fem/elements/nodal_stress.hpp"
 #include "common/fem/stress_values.hpp"
+#include "dynamics/motion/body_points.hpp"
+#include "dynamics/setup/build_steps.hpp"
 #include "dynamics/setup/built/instance_elements.hpp"
+#include "dynamics/setup/contact/points.hpp"
 
 namespace cbr {
 namespace {
@@ -198,6 +200,23 @@ StressScan scan_of(std::shared_ptr<const InstanceElements> elements, const Stres
   return scan;
 }
 
+// Rows and reference of the monitor of an interior set.
+void watch_inside(const SceneIndex& index, const SurfaceName& set, const BuiltScene::OfInstance& of,
+                  Monitor& monitor) {
+  const InstanceElements elements(index.scene(), of, set.source);
+  const std::vector<Index> nodes = elements.nodes_of_set(set.surface);
+  const Matrix rows = elements.dense_rows(nodes);
+  const auto n = static_cast<double>(nodes.size());
+  Matrix mean = Matrix::Zero(3, rows.cols());
+  Vector3 X = Vector3::Zero();
+  for (Index i = 0; i < static_cast<Index>(nodes.size()); ++i) {
+    mean += rows.middleRows(3 * i, 3) / n;
+    X += elements.position(nodes[i]) / n;
+  }
+  monitor.rows = of.placement.T * mean;
+  monitor.reference = of.placement.T * X + of.placement.position;
+}
+
 }  // namespace
 
 void add_stress(const SceneIndex& index, BuiltScene& built) {
@@ -221,20 +240,38 @@ void add_stress(const SceneIndex& index, BuiltScene& built) {
   }
 }
 
-void watch_inside(const SceneIndex& index, const SurfaceName& set, const BuiltScene::OfInstance& of,
-                  Monitor& monitor) {
-  const InstanceElements elements(index.scene(), of, set.source);
-  const std::vector<Index> nodes = elements.nodes_of_set(set.surface);
-  const Matrix rows = elements.dense_rows(nodes);
-  const auto n = static_cast<double>(nodes.size());
-  Matrix mean = Matrix::Zero(3, rows.cols());
-  Vector3 X = Vector3::Zero();
-  for (Index i = 0; i < static_cast<Index>(nodes.size()); ++i) {
-    mean += rows.middleRows(3 * i, 3) / n;
-    X += elements.position(nodes[i]) / n;
+void add_monitors(const SceneIndex& index, BuiltScene& built) {
+  Simulation& sim = built.simulation;
+  std::vector<Index> contact_of_body(sim.bodies.size(), -1);
+  for (std::size_t c = 0; c < sim.contact_nodes.size(); ++c)
+    contact_of_body[sim.contact_nodes[c].body] = static_cast<Index>(c);
+  for (const SurfaceName& surface : index.scene().output.history) {
+    Monitor monitor;
+    monitor.name = surface.text();
+    monitor.body = index.place(surface.instance);
+    if (point_of(index.scene(), surface.instance, surface.surface) != nullptr) {
+      monitor.has_point = true;
+      monitor.point = point_place(index, surface.instance, surface.surface);
+      sim.monitors.push_back(std::move(monitor));
+      continue;
+    }
+    const BuiltScene::OfInstance& of = built.instances[monitor.body];
+    if (is_inside(*of.geometry, surface.surface)) {
+      watch_inside(index, surface, of, monitor);
+      sim.monitors.push_back(std::move(monitor));
+      continue;
+    }
+    const auto nodes = find_nodes(*of.geometry, surface.instance, surface.surface, surface.source);
+    monitor.mean_set = sim.bodies[monitor.body]->track_mean(nodes);
+    monitor.contact = contact_of_body[monitor.body];
+    if (monitor.contact >= 0) {
+      const auto& contact = sim.contact_nodes[monitor.contact].nodes;
+      for (std::size_t slot = 0; slot < contact.size(); ++slot)
+        if (std::binary_search(nodes.begin(), nodes.end(), contact[slot]))
+          monitor.contact_slots.push_back(static_cast<Index>(slot));
+    }
+    sim.monitors.push_back(std::move(monitor));
   }
-  monitor.rows = of.placement.T * mean;
-  monitor.reference = of.placement.T * X + of.placement.position;
 }
 
 }  // namespace cbr

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Fields as one Exodus II file, for `output.format: exodus`.
+// Fields for viewers: one Exodus II file (`output.format: exodus`), or XDMF text beside the file of
+// fields.
 #pragma once
 
 #include <filesystem>
+#include <iosfwd>
 #include <string>
 #include <vector>
 
@@ -10,7 +12,7 @@
 
 namespace cbr {
 
-// Prefix of the title of these files. A later run may replace files with it.
+// Prefix of the title of Exodus II files. A later run may replace files with it.
 inline constexpr const char* exodus_title = "cbr-dyn";
 
 // Writes `target`, the whole file or nothing, from the file of fields `heavy` (docs/formats.md,
@@ -21,5 +23,15 @@ void write_exodus_fields(const std::filesystem::path& heavy, const std::vector<d
                          const std::vector<FieldGrid>& grids,
                          const std::vector<std::string>& fields,
                          const std::filesystem::path& target);
+
+// Groups of the file of fields, with a trailing slash.
+std::string step_group(std::size_t step);
+std::string grid_group(std::size_t grid);
+
+// Writes XDMF 3: at each time all grids with their fields, stress as one scalar per dataset of
+// datasets_of(). `heavy`: the file of fields, as named in the text.
+void write_xdmf(std::ostream& out, const std::filesystem::path& heavy,
+                const std::vector<double>& times, const std::vector<FieldGrid>& grids,
+                const std::vector<std::string>& fields);
 
 }  // namespace cbr
