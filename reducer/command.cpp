@@ -8,7 +8,7 @@
 
 #include "common/app/report.hpp"
 #include "common/base/error.hpp"
-#include "common/scene/left_out_blocks.hpp"
+#include "common/scene/component_blocks.hpp"
 #include "common/scene/limits.hpp"
 #include "common/scene/reduction_keys.hpp"
 #include "reducer/component_reducer.hpp"

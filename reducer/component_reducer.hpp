@@ -4,18 +4,29 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "common/app/report.hpp"
-#include "common/files/unchanged_files.hpp"
+#include "common/files/checked_files.hpp"
 #include "common/scene/scene.hpp"
 #include "common/superelement/superelement.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "reducer/command.hpp"
-#include "reducer/summary.hpp"
+#include "reducer/domains/domains.hpp"
 
 namespace cbr {
+
+// The mass that the component has, the rigid body that its geometry is, whether the scene has
+// statics alone, and sets that may touch other bodies in exact motion.
+struct ComponentMass {
+  MassKind kind = MassKind::lumped;
+  RigidBody geometry;
+  bool is_static = false;
+  std::set<std::string> touching = {};
+};
 
 // Up to which number of coordinates the diagonal form is stored, if it is read.
 Index diagonal_limit(const ReduceCommand& command, const ReductionOptions& reduction);
@@ -85,5 +96,18 @@ void refuse_to_overwrite(const Scene& scene, const std::string& input,
 std::map<std::string, std::string> provenance(const Scene& scene, const Component& component,
                                               const std::vector<BlockProperties>& properties,
                                               const Mesh& mesh);
+
+// --- the summary of cbr-reduce about a superelement that it made (summary.cpp) ---
+
+void summarise(const Superelement& superelement, const ReductionFigures& figures,
+               const ComponentMass& mass, const std::filesystem::path& file, Report& report);
+
+// A decomposed component: figures of its domains, and the file of the group. rho:
+// residual_mass_share() of the group; none: not computed.
+void summarise_domains(const SuperelementGroup& group, const GroupFigures& figures,
+                       const std::optional<Vector3>& rho, const ComponentMass& mass,
+                       Report& report);
+void summarise_group(const SuperelementGroup& group, const ComponentMass& mass,
+                     const std::filesystem::path& file, Report& report);
 
 }  // namespace cbr

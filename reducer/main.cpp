@@ -3,8 +3,7 @@
 
 #include "common/app/program.hpp"
 #include "common/base/error.hpp"
-#include "common/base/machine_memory.hpp"
-#include "common/linalg/blas_kernels.hpp"
+#include "common/base/process.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/huge_pages.hpp"
 #include "reducer/command.hpp"

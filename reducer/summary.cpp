@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/summary.hpp"
+#include "reducer/component_reducer.hpp"
 
 #include <algorithm>
 #include <cmath>

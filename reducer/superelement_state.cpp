@@ -4,8 +4,7 @@
 
 #include "common/base/error.hpp"
 #include "common/files/hdf5_file.hpp"
-#include "common/scene/component_mass.hpp"
-#include "common/scene/left_out_blocks.hpp"
+#include "common/scene/component_blocks.hpp"
 #include "common/scene/reduction_keys.hpp"
 #include "common/scene/staleness.hpp"
 #include "common/superelement/superelement_file.hpp"

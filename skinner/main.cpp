@@ -2,9 +2,8 @@
 #include <CLI/CLI.hpp>
 
 #include "common/app/program.hpp"
-#include "common/linalg/blas_kernels.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "skinner/command.hpp"
+#include "skinner/skin.hpp"
 
 int main(int argc, char** argv) {
   cbr::restart_with_better_kernels(argv);

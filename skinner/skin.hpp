@@ -5,10 +5,13 @@
 // superelement.
 #pragma once
 
+#include <filesystem>
 #include <map>
+#include <ostream>
 #include <string>
 #include <vector>
 
+#include "common/app/report.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/mesh/surface.hpp"
 #include "common/scene/scene.hpp"
@@ -50,5 +53,19 @@ SkinnedMesh skin_mesh(Mesh mesh, const std::vector<std::string>& sidesets);
 // read; instances of components without a mesh are left out, with a note. InputError: a surface
 // that no instance has; those of read_mesh.
 SkinnedMesh skin_scene(const Scene& scene);
+
+// What cbr-skin does, apart from its command line.
+struct SkinCommand {
+  // a scene, "-" for a scene on stdin, or a mesh (by its suffix)
+  std::string input;
+  std::vector<std::string> sidesets;  // of a mesh
+  std::filesystem::path output;       // needed for a mesh; in place of the scene's skin: mesh
+};
+
+// Writes the skinned mesh, and for a scene the scene, with the mesh filled in, to `scene_out`
+// unless that is null. Warns of superelements that are there and not of the present inputs.
+// InputError: those of the readers; options that do not belong together. RunError: a mesh was
+// replaced meanwhile.
+void run_skin(const SkinCommand& command, std::ostream* scene_out, Report& report);
 
 }  // namespace cbr

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -14,7 +15,7 @@
 #include <new>
 
 #include "common/base/error.hpp"
-#include "common/base/version.hpp"
+#include "common/base/process.hpp"
 #include "common/files/output_file.hpp"
 #include "common/linalg/blas_threads.hpp"
 

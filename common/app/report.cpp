@@ -11,9 +11,9 @@
 #include <sstream>
 
 #include "common/base/error.hpp"
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
+#include "common/files/checked_files.hpp"
 #include "common/files/output_file.hpp"
-#include "common/files/replaced_file.hpp"
 
 namespace cbr {
 namespace {

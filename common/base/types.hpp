@@ -11,12 +11,14 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <numeric>
 #include <vector>
 
 namespace cbr {
 
 using Index = std::int64_t;
+inline int as_int(Index n) { return static_cast<int>(n); }  // for BLAS and LAPACK
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;  // column-major, as BLAS, LAPACK and ARPACK want it
 using Vector3 = Eigen::Vector3d;
@@ -35,6 +37,10 @@ using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 // One row per element or face: node indices from 0.
 using IndexTable = Eigen::Matrix<Index, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// Called with the share of the work that is done, 0 to 1, by the thread that asked for the work.
+// May be empty.
+using Progress = std::function<void(double)>;
 
 // 0, 1, ... n - 1.
 inline std::vector<Index> first_numbers(Index n) {

@@ -8,7 +8,6 @@
 #include "common/base/threads.hpp"
 #include "common/fem/block_elements.hpp"
 #include "common/fem/elements/shell.hpp"
-#include "common/fem/mesh_check.hpp"
 #include "common/linalg/blas_threads.hpp"
 
 namespace cbr {

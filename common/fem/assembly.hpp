@@ -73,4 +73,8 @@ Vector rigid_scales(const RigidBody& body);
 // can be assembled, or for information only.
 RigidBody rigid_body_of_geometry(const Mesh& mesh, const std::vector<BlockProperties>& properties);
 
+// As assemble() has them. InputError: a material out of range; an inverted, degenerate or repeated
+// element, by its id and block; sizes and units whose matrices a double cannot hold.
+void check_mesh(const Mesh& mesh, const std::vector<BlockProperties>& properties);
+
 }  // namespace cbr

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/fem/mesh_check.hpp"
+#include "common/fem/assembly.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <cstdio>
 
 #include "common/base/error.hpp"
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
 #include "common/base/threads.hpp"
 #include "common/fem/block_elements.hpp"
 #include "common/fem/elements/shell_plane.hpp"

@@ -15,7 +15,6 @@
 #include "common/base/error.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "common/files/hdf5_handle.hpp"
-#include "common/files/hdf5_string_heap.hpp"
 
 namespace cbr {
 

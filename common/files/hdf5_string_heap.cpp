@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/files/hdf5_string_heap.hpp"
+#include "common/files/hdf5_handle.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -11,7 +11,7 @@
 #include <tuple>
 #include <vector>
 
-#include "common/base/child_process.hpp"
+#include "common/base/process.hpp"
 
 namespace cbr::hdf5 {
 namespace {

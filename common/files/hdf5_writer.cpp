@@ -9,7 +9,7 @@
 
 #include "common/base/checksum.hpp"
 #include "common/base/error.hpp"
-#include "common/base/version.hpp"
+#include "common/base/process.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "common/files/hdf5_handle.hpp"
 #include "common/files/output_file.hpp"

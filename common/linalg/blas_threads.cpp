@@ -3,10 +3,13 @@
 
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
+#include <cstdlib>
 #include <mutex>
+#include <string>
 #include <vector>
 
 #include "common/base/format_text.hpp"
@@ -21,6 +24,8 @@ int openblas_get_num_threads(void);
 [[gnu::weak]] void* blas_memory_alloc(int);
 [[gnu::weak]] void blas_memory_free(void*);
 }
+// Of OpenBLAS; not in cblas.h of every version.
+extern "C" char* openblas_get_corename(void);
 
 namespace cbr {
 namespace {
@@ -106,6 +111,24 @@ LargeBlasWork::~LargeBlasWork() {
   if (!raised_) return;
   const std::scoped_lock guard(lock);
   if (--n_raised == 0) openblas_set_num_threads(1);
+}
+
+std::string_view better_kernels(std::string_view core, bool has_avx2, bool has_avx512) {
+  if (core != "Prescott" || !has_avx2) return "";
+  return has_avx512 ? "SkylakeX" : "Haswell";
+}
+
+void restart_with_better_kernels([[maybe_unused]] char** argv) {
+#ifdef __x86_64__
+  constexpr const char* variable = "OPENBLAS_CORETYPE";
+  if (std::getenv(variable) != nullptr) return;
+  const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+  const bool avx512 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl");
+  const std::string better(better_kernels(openblas_get_corename(), avx2, avx2 && avx512));
+  if (better.empty() || ::setenv(variable, better.c_str(), 1) != 0) return;
+  ::execv("/proc/self/exe", argv);
+#endif
 }
 
 }  // namespace cbr

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "common/base/types.hpp"
 
@@ -53,5 +54,15 @@ void rest_blas_threads();
 // allocation for ever. Returns an empty text, or why memory is short: then the process can end by
 // std::_Exit() alone.
 std::string reserve_blas_memory();
+
+// The value of OPENBLAS_CORETYPE for a processor with these instructions where OpenBLAS found
+// `core`. Empty: core is right. OpenBLAS falls back to "Prescott" (SSE3) on every x86 processor
+// that is newer than itself.
+std::string_view better_kernels(std::string_view core, bool has_avx2, bool has_avx512);
+
+// Restarts the program with OPENBLAS_CORETYPE set where better_kernels() has a name. First in
+// main(), as OpenBLAS chooses once, before it. The user's own setting stays. Returns when there is
+// nothing to do, or it fails.
+void restart_with_better_kernels(char** argv);
 
 }  // namespace cbr

@@ -7,11 +7,11 @@
 // seconds (CONTRIBUTING.md, "Build time").
 #pragma once
 
-#include "common/base/types.hpp"
-
 #include <memory>
 #include <optional>
 #include <type_traits>
+
+#include "common/base/types.hpp"
 
 namespace cbr {
 
@@ -180,5 +180,16 @@ RightSingular right_singular(const Matrix& A);
 
 // n entries, each 1 or -1, the same in every run.
 Vector random_signs(Index n);
+
+// A = L L^T in place (n x n, the lower triangle is read and overwritten, the rest left alone).
+// False when A is not positive definite.
+bool dense_cholesky(Matrix& A);
+
+// From L in the lower triangle to (L L^T)^-1, both triangles, in place.
+void dense_inverse_of_cholesky(Matrix& L);
+
+// The upper triangle becomes that of a symmetric matrix whose lower triangle is given; by tiles, as
+// columns alone thrash the cache.
+void mirror_lower(Matrix& A);
 
 }  // namespace cbr

@@ -8,9 +8,9 @@
 #include <atomic>
 
 #include "common/base/threads.hpp"
-#include "common/linalg/blas_int.hpp"
+#include "common/base/types.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "common/linalg/dense_factor.hpp"
+#include "common/linalg/dense.hpp"
 
 namespace cbr {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "common/base/checksum.hpp"
 #include "common/base/error.hpp"
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
 #include "common/scene/reduction_keys.hpp"
 #include "common/scene/scene.hpp"
 #include "common/scene/scene_words.hpp"

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "common/base/error.hpp"
-#include "common/scene/left_out_blocks.hpp"
+#include "common/scene/component_blocks.hpp"
 
 namespace cbr {
 

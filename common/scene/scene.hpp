@@ -139,7 +139,7 @@ struct Component {
   std::map<std::string, BlockOptions> blocks;
   // Of all blocks. Not given: as the mesh file says (Block::reduced), else `incompatible`.
   std::optional<HexFormulation> element;
-  std::optional<MassKind> mass;  // not given: by use and element, common/scene/component_mass.hpp
+  std::optional<MassKind> mass;  // not given: by use and element, component_blocks.hpp
   std::optional<ReductionOptions> reduction;
   // False: key `superelement`, a file that is used as it is. There is no mesh, material or element
   // then, and of `reduction` only the file's name; cbr-dyn takes the rest from the file.

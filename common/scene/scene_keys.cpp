@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "common/scene/scene_keys.hpp"
 
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
 
 namespace cbr {
 namespace {

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "common/base/error.hpp"
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
 #include "common/files/hdf5_file.hpp"
-#include "common/scene/component_mass.hpp"
+#include "common/scene/component_blocks.hpp"
 #include "common/scene/reduction_keys.hpp"
 #include "common/scene/scene_words.hpp"
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "common/base/error.hpp"
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
 #include "common/files/netcdf_file.hpp"
 
 namespace cbr {

@@ -2,15 +2,16 @@
 #include "common/superelement/superelement_check.hpp"
 
 #include <Eigen/Geometry>
+
 #include <cmath>
 #include <set>
 #include <string>
 #include <utility>
 
 #include "common/base/error.hpp"
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/superelement/superelement_extras.hpp"
+#include "common/superelement/superelement_file.hpp"
 
 namespace cbr {
 namespace {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/superelement/superelement_extras.hpp"
+#include "common/superelement/superelement_file.hpp"
 
 #include <cmath>
 
 #include "common/base/error.hpp"
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
 
 namespace cbr {
 

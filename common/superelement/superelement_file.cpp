@@ -8,9 +8,8 @@
 #include <utility>
 
 #include "common/base/error.hpp"
-#include "common/base/version.hpp"
+#include "common/base/process.hpp"
 #include "common/superelement/superelement_check.hpp"
-#include "common/superelement/superelement_extras.hpp"
 
 namespace cbr {
 namespace {

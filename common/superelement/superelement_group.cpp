@@ -10,10 +10,9 @@
 #include <utility>
 
 #include "common/base/error.hpp"
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "common/superelement/superelement_check.hpp"
-#include "common/superelement/superelement_extras.hpp"
 #include "common/superelement/superelement_file.hpp"
 
 namespace cbr {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "common/base/error.hpp"
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/superelement/superelement_check.hpp"
 

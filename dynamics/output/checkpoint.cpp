@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "common/base/error.hpp"
-#include "common/base/version.hpp"
+#include "common/base/process.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "common/files/output_file.hpp"
 

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "common/base/error.hpp"
-#include "common/base/version.hpp"
+#include "common/base/process.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "common/files/output_file.hpp"
 #include "common/mesh/io/exodus_results.hpp"

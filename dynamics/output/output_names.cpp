@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "common/base/error.hpp"
+#include "common/files/checked_files.hpp"
 #include "common/files/output_file.hpp"
-#include "common/files/replaced_file.hpp"
 #include "dynamics/output/checkpoint.hpp"
 #include "dynamics/output/field_formats.hpp"
 

@@ -46,7 +46,8 @@ void write_results(const std::filesystem::path& file, const Simulation& simulati
                    const RunResult& result, const Report& report, const RunInputs& inputs = {},
                    std::optional<double> outside_basis = {});
 
-// Results without time steps: harmonic response, and modes with their shapes. The table beside the results: sweep.csv.
+// Results without time steps: harmonic response, and modes with their shapes. The table beside the
+// results: sweep.csv.
 std::filesystem::path sweep_table(const std::filesystem::path& results);
 
 // Writes HDF5, and the table beside it. RunError for disk errors.

@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
 #include "dynamics/run/simulation/run_result.hpp"
 #include "dynamics/setup/bodies/turning.hpp"
 #include "dynamics/setup/built/instance_elements.hpp"

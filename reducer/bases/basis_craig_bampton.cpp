@@ -9,7 +9,7 @@
 #include "reducer/condensation/superelement_algebra.hpp"
 #include "reducer/judgement/condition_numbers.hpp"
 #include "reducer/modes/diagonal_form.hpp"
-#include "reducer/modes/spin_moments.hpp"
+#include "reducer/modes/interior_loads.hpp"
 
 namespace cbr {
 namespace {

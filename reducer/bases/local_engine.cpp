@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "common/base/error.hpp"
-#include "common/base/machine_memory.hpp"
+#include "common/base/process.hpp"
 #include "common/fem/block_elements.hpp"
 #include "common/fem/connected_parts.hpp"
 #include "common/linalg/dense.hpp"

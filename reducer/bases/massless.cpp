@@ -8,7 +8,7 @@
 #include "common/base/error.hpp"
 #include "common/fem/assembly.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "common/linalg/dense_factor.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "common/mesh/face_weights.hpp"
 #include "reducer/condensation/superelement_algebra.hpp"

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "common/base/machine_memory.hpp"
+#include "common/base/process.hpp"
 #include "common/fem/block_elements.hpp"
 #include "common/scene/scene_words.hpp"
 #include "reducer/bases/engine.hpp"

@@ -8,7 +8,7 @@
 
 #include "common/app/report.hpp"
 #include "common/base/error.hpp"
-#include "common/base/machine_memory.hpp"
+#include "common/base/process.hpp"
 #include "common/base/threads.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "reducer/condensation/panel_product.hpp"

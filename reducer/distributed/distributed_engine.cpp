@@ -7,13 +7,12 @@
 
 #include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
-#include "common/base/machine_memory.hpp"
+#include "common/base/process.hpp"
 #include "common/fem/connected_parts.hpp"
 #include "common/linalg/dense.hpp"
 #include "reducer/bases/engine.hpp"
 #include "reducer/condensation/condensation.hpp"
 #include "reducer/distributed/distributed_interior.hpp"
-#include "reducer/distributed/distributed_reduction.hpp"
 #include "reducer/distributed/processes.hpp"
 #include "reducer/judgement/condition_numbers.hpp"
 

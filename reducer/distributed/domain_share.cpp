@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "reducer/distributed/distributed_reduction.hpp"
 
 #include <filesystem>
 #include <fstream>

@@ -4,7 +4,6 @@
 #include <cstdlib>
 
 #include "common/base/error.hpp"
-#include "reducer/distributed/distributed_reduction.hpp"
 #include "reducer/distributed/processes.hpp"
 
 namespace cbr {

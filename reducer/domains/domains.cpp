@@ -12,7 +12,7 @@
 #include "common/base/threads.hpp"
 #include "common/fem/connected_parts.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "common/linalg/dense_factor.hpp"
+#include "common/linalg/dense.hpp"
 #include "reducer/condensation/condensation.hpp"
 #include "reducer/condensation/superelement_algebra.hpp"
 #include "reducer/domains/decomposition.hpp"

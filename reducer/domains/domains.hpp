@@ -30,7 +30,7 @@ struct GroupFigures {
   double seconds = 0;  // of the domains' reduction, all together
 };
 
-// Work of one of several processes (reducer/distributed/distributed_reduction.hpp). By default of
+// Work of one of several processes (reducer/distributed/processes.hpp). By default of
 // one alone.
 struct DomainShare {
   bool is_first = true;

@@ -8,7 +8,6 @@
 
 #include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
-#include "common/base/number_text.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "reducer/condensation/superelement_algebra.hpp"
 #include "reducer/judgement/missing_modes.hpp"

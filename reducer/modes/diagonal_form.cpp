@@ -9,7 +9,6 @@
 
 #include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigen/block_lanczos.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "reducer/condensation/superelement_algebra.hpp"

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "common/base/error.hpp"
-#include "common/base/machine_memory.hpp"
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
+#include "common/base/process.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "common/linalg/sparse/fronts.hpp"
 

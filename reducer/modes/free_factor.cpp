@@ -6,7 +6,7 @@
 
 #include "common/fem/assembly.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/linalg/sparse/elimination_order.hpp"
+#include "common/linalg/sparse/symbolic_factor.hpp"
 #include "reducer/condensation/superelement_algebra.hpp"
 
 namespace cbr {

@@ -9,7 +9,6 @@
 #include "common/base/format_text.hpp"
 #include "common/fem/assembly.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/linalg/dense_factor.hpp"
 #include "reducer/partition/partition.hpp"
 
 namespace cbr {

@@ -18,7 +18,6 @@
 #include <vector>
 
 #include "common/base/threads.hpp"
-#include "common/linalg/blas_kernels.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "dynamics/contact/enforce/enforcement.hpp"
 #include "dynamics/run/contact/contact_step.hpp"

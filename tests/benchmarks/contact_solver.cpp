@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "common/linalg/blas_kernels.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "dynamics/contact/solve/augmented_lagrangian.hpp"
 #include "dynamics/contact/solve/block_gauss_seidel.hpp"
 #include "dynamics/contact/solve/newton/contact_newton.hpp"

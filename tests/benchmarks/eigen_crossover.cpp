@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "common/linalg/blas_kernels.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "common/linalg/eigen/block_lanczos.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "common/linalg/eigen/spectrum_slices.hpp"

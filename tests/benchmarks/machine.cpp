@@ -16,7 +16,6 @@
 
 #include "common/base/threads.hpp"
 #include "common/base/types.hpp"
-#include "common/linalg/blas_kernels.hpp"
 #include "common/linalg/blas_threads.hpp"
 
 namespace {

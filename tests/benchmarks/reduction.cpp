@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "common/app/report.hpp"
-#include "common/linalg/blas_kernels.hpp"
+#include "common/linalg/blas_threads.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 

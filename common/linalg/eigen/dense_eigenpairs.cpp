@@ -8,10 +8,9 @@
 #include <utility>
 
 #include "common/base/threads.hpp"
-#include "common/linalg/blas_int.hpp"
+#include "common/base/types.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "common/linalg/lower_updates.hpp"
 

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "common/base/types.hpp"
-#include "common/linalg/progress.hpp"
 #include "common/linalg/sparse/sparse_cholesky.hpp"
 
 namespace cbr {

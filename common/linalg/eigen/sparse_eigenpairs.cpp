@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "common/base/error.hpp"
-#include "common/base/machine_memory.hpp"
+#include "common/base/process.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/linalg/eigen/block_lanczos.hpp"

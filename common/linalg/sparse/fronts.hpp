@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
+#include "common/base/types.hpp"
 #include "common/linalg/lower_updates.hpp"
-#include "common/linalg/progress.hpp"
 #include "common/linalg/sparse/supernodal.hpp"
 
 namespace cbr {

@@ -9,10 +9,10 @@
 
 #include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
-#include "common/base/machine_memory.hpp"
+#include "common/base/process.hpp"
 #include "common/base/threads.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "common/linalg/dense_factor.hpp"
+#include "common/linalg/dense.hpp"
 #include "common/linalg/huge_pages.hpp"
 #include "common/linalg/kernels/narrow_product.hpp"
 #include "common/linalg/sparse/fronts.hpp"

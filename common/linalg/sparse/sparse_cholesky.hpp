@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "common/base/types.hpp"
-#include "common/linalg/progress.hpp"
 #include "common/linalg/sparse/supernodal.hpp"
 
 namespace cbr {
@@ -62,7 +61,7 @@ class SparseCholesky {
   double bytes() const;       // of memory: with the unused entries of its rectangles
   double flops() const;       // of the factorisation
 
-  Matrix solve(const Matrix& B) const;  // A X = B, n x m
+  Matrix solve(const Matrix& B) const;              // A X = B, n x m
   void solve_in_place(Eigen::Ref<Matrix> B) const;  // in blocks of right-hand sides
   // Workspace kept between calls: for ARPACK's many single right-hand sides. b and x may be the
   // same.

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "common/linalg/blas_int.hpp"
+#include "common/base/types.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/kernels/narrow_product.hpp"
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/linalg/blas_int.hpp"
+#include "common/base/types.hpp"
 #include "common/linalg/huge_pages.hpp"
 #include "common/linalg/sparse/fronts.hpp"
 

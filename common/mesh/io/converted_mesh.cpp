@@ -16,8 +16,8 @@
 #include <string>
 #include <system_error>
 
-#include "common/base/child_process.hpp"
 #include "common/base/error.hpp"
+#include "common/base/process.hpp"
 #include "common/base/text_lines.hpp"
 #include "common/files/output_file.hpp"
 #include "common/mesh/io/mesh_formats.hpp"

@@ -13,7 +13,6 @@
 #include "common/mesh/io/file_mesh.hpp"
 #include "common/mesh/io/gmsh_types.hpp"
 #include "common/mesh/io/mesh_formats.hpp"
-#include "common/mesh/io/msh_file.hpp"
 
 namespace cbr {
 namespace {

@@ -7,8 +7,8 @@
 #include <system_error>
 
 #include "common/base/error.hpp"
+#include "common/files/checked_files.hpp"
 #include "common/files/output_file.hpp"
-#include "common/files/replaced_file.hpp"
 #include "common/mesh/io/deck_lines.hpp"
 #include "common/mesh/io/mesh_formats.hpp"
 

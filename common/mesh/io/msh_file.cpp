@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Grammar: gmsh's manual, "MSH file format" (4.1) and "MSH file format version 2 (Legacy)".
-#include "common/mesh/io/msh_file.hpp"
 
 #include <algorithm>
 #include <array>

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "common/base/error.hpp"
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
 #include "common/base/text_lines.hpp"
 #include "common/scene/yaml/scene_parse.hpp"
 

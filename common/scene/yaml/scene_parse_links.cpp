@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "common/base/error.hpp"
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
 #include "common/scene/yaml/scene_parse.hpp"
 
 namespace cbr {

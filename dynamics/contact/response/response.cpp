@@ -8,7 +8,7 @@
 
 #include "common/base/threads.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "common/linalg/dense_factor.hpp"
+#include "common/linalg/dense.hpp"
 #include "dynamics/contact/nodes/dense_panels.hpp"
 
 namespace cbr {

@@ -2,6 +2,7 @@
 #include "dynamics/contact/surfaces/contact_surface.hpp"
 
 #include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <tuple>

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/fem/elements/quadrature.hpp"
+#include "common/fem/elements/reference_element.hpp"
 #include "common/linalg/dense.hpp"
 
 namespace cbr {

@@ -13,8 +13,8 @@ using Vector2 = Eigen::Vector2d;
 
 inline double cross(const Vector2& a, const Vector2& b) { return a[0] * b[1] - a[1] * b[0]; }
 
-// Convex and counter-clockwise: the overlap of two faces seen along a normal. That of two quads has at most eight corners, of three at most
-// twelve.
+// Convex and counter-clockwise: the overlap of two faces seen along a normal. That of two quads has
+// at most eight corners, of three at most twelve.
 struct Polygon {
   std::array<Vector2, 12> x;
   int n = 0;

@@ -133,8 +133,9 @@ class CoupledStatics {
   std::vector<std::pair<std::vector<Index>, std::shared_ptr<const Matrix>>> known_;
 };
 
-// How a coupled model rests when its supports are moved. Column j of `motion` (held x m) moves the held directions in the j-th way. RunError: a mass that
-// is not positive definite, named by `where`.
+// How a coupled model rests when its supports are moved. Column j of `motion` (held x m) moves the
+// held directions in the j-th way. RunError: a mass that is not positive definite, named by
+// `where`.
 SupportShapes coupled_shapes(const std::shared_ptr<const CoupledModel>& model,
                              const std::vector<HeldDirection>& held, const Matrix& motion,
                              const std::string& where);

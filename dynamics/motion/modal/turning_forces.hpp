@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+
 #include <memory>
 #include <optional>
 #include <utility>

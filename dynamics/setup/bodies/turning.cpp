@@ -5,7 +5,7 @@
 #include <cmath>
 #include <set>
 
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
 
 namespace cbr {
 namespace {

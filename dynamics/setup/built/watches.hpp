@@ -11,8 +11,9 @@
 
 namespace cbr {
 
-// The least gap of surfaces that never touch: contact's search has a limited reach. Watches pairs that are not tied, if there are few. Until a pair has touched it evaluates only the
-// mean motion of its surfaces, at outputs. Distances are computed on request.
+// The least gap of surfaces that never touch: contact's search has a limited reach. Watches pairs
+// that are not tied, if there are few. Until a pair has touched it evaluates only the mean motion
+// of its surfaces, at outputs. Distances are computed on request.
 class GapWatch {
  public:
   // Call when all pairs exist, before the first step and scale().

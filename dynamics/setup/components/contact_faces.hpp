@@ -38,8 +38,9 @@ void join_faces(const IndexTable& faces, IndexTable& all);
 // Ascending, without repetition.
 std::vector<Index> nodes_of(const IndexTable& faces);
 
-// The scene's active fictitious shells: stiffness and mass on an instance's own nodes. Faces of the instance in the skin, as SURFACE or INSTANCE.SURFACE, linear, without repetition: f
-// x 4; none if the skin is inactive.
+// The scene's active fictitious shells: stiffness and mass on an instance's own nodes. Faces of the
+// instance in the skin, as SURFACE or INSTANCE.SURFACE, linear, without repetition: f x 4; none if
+// the skin is inactive.
 IndexTable skin_faces(const Scene& scene, const std::string& instance, const Geometry& geometry);
 
 // Shells on these faces, at the nodes of `geometry`; component axes. InputError at the skin's line.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How each instance moves, decided once, as plain data; and the plan of each instance, with the entries of the scene that refer to it. A scene may have
-// thousands of instances, and hundreds of thousands of lines that refer to one.
+// How each instance moves, decided once, as plain data; and the plan of each instance, with the
+// entries of the scene that refer to it. A scene may have thousands of instances, and hundreds of
+// thousands of lines that refer to one.
 #pragma once
 
 #include <map>

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+
 #include <algorithm>
 #include <iterator>
 #include <set>
@@ -13,7 +14,7 @@
 
 #include "common/app/report.hpp"
 #include "common/base/error.hpp"
-#include "common/base/machine_memory.hpp"
+#include "common/base/process.hpp"
 #include "dynamics/contact/surfaces/contact_surface.hpp"
 #include "dynamics/setup/components/contact_faces.hpp"
 

@@ -2,6 +2,7 @@
 #include "dynamics/setup/contact/starting_overlap.hpp"
 
 #include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <map>

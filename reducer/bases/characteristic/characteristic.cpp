@@ -2,6 +2,7 @@
 #include "reducer/bases/characteristic/characteristic.hpp"
 
 #include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -10,7 +11,6 @@
 #include "common/base/error.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "common/mesh/face_weights.hpp"
 #include "reducer/modes/diagonal_form.hpp"

@@ -2,12 +2,12 @@
 #include "reducer/bases/characteristic/statics.hpp"
 
 #include <Eigen/Geometry>
+
 #include <algorithm>
 #include <map>
 
 #include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/linalg/dense_factor.hpp"
 #include "common/mesh/face_weights.hpp"
 
 namespace cbr {

@@ -11,8 +11,8 @@
 
 #include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
+#include "common/files/checked_files.hpp"
 #include "common/files/output_file.hpp"
-#include "common/files/replaced_file.hpp"
 #include "common/superelement/superelement.hpp"
 #include "reducer/exchange/reduced_matrices.hpp"
 

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "common/base/error.hpp"
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
+#include "common/files/checked_files.hpp"
 #include "common/files/output_file.hpp"
-#include "common/files/unchanged_files.hpp"
 #include "common/scene/scene.hpp"
 #include "common/superelement/superelement_file.hpp"
 #include "reducer/domains/domains.hpp"

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "common/base/error.hpp"
-#include "common/base/number_text.hpp"
+#include "common/base/format_text.hpp"
 #include "common/linalg/dense.hpp"
 #include "reducer/exchange/import/import.hpp"
 #include "reducer/partition/interface_sets.hpp"

@@ -14,9 +14,9 @@
 #include <string>
 
 #include "common/base/error.hpp"
+#include "common/files/checked_files.hpp"
 #include "common/files/hdf5_file.hpp"
 #include "common/files/output_file.hpp"
-#include "common/files/unchanged_files.hpp"
 #include "tests/formats/temporary_folder.hpp"
 
 static int signal_during_open = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/base/child_process.hpp"
+#include "common/base/process.hpp"
 
 #include <gtest/gtest.h>
 

@@ -12,7 +12,7 @@
 
 #include "common/fem/assembly.hpp"
 #include "common/mesh/mesh.hpp"
-#include "common/scene/component_mass.hpp"
+#include "common/scene/component_blocks.hpp"
 #include "common/scene/staleness.hpp"
 #include "common/superelement/superelement.hpp"
 #include "reducer/bases/reduce.hpp"

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Moments of the coordinates: of strains that the interface has, and of rigid motions, from the
 // inertia alone.
-#include "reducer/modes/spin_moments.hpp"
+#include "reducer/modes/interior_loads.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+
 #include <map>
 #include <vector>
 

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -13,7 +14,7 @@
 #include "common/base/error.hpp"
 #include "common/fem/assembly.hpp"
 #include "common/files/hdf5_file.hpp"
-#include "common/scene/left_out_blocks.hpp"
+#include "common/scene/component_blocks.hpp"
 #include "common/scene/staleness.hpp"
 #include "common/superelement/superelement.hpp"
 #include "reducer/bases/reduce.hpp"

@@ -6,7 +6,6 @@
 
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/linalg/dense_factor.hpp"
 #include "common/linalg/huge_pages.hpp"
 #include "dynamics/motion/modal/forms/modal_form.hpp"
 

@@ -8,7 +8,6 @@
 
 #include "common/base/error.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 
 namespace cbr {

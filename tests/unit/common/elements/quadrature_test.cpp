@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Rules against the closed integrals of monomials; shape functions against what defines them.
-#include "common/fem/elements/quadrature.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/blas_kernels.hpp"
+#include "common/linalg/blas_threads.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/sparse/elimination_order.hpp"
+#include "common/linalg/sparse/symbolic_factor.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,6 @@
 
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
-#include "common/linalg/dense_factor.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 
 namespace cbr::lower_updates_test {

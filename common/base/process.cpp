@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/base/child_process.hpp"
+#include "common/base/process.hpp"
 
 #include <fcntl.h>
 #include <signal.h>
@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <fstream>
 
 #include "common/base/error.hpp"
 
@@ -70,5 +71,15 @@ bool survives_in_child(const std::string& what, const std::function<void()>& act
                    " from outside (memory or time ran out?)");
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
+
+double machine_memory_bytes() {
+  const double physical = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) *
+                          static_cast<double>(::sysconf(_SC_PAGE_SIZE));
+  double limit = 0;  // of a container (control groups, version 2); "max" is no number
+  std::ifstream("/sys/fs/cgroup/memory.max") >> limit;
+  return limit > 0 ? std::min(limit, physical) : physical;
+}
+
+const char* version() { return CBR_VERSION; }
 
 }  // namespace cbr

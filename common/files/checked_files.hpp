@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A mistyped name of an output must not cost the user another file.
+// Files that are not to be lost or mixed: an output with a mistyped name must not cost the user
+// another file, and inputs must not change while they are read.
 #pragma once
+
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cbr {
@@ -21,5 +25,18 @@ struct FileKind {
 // overwrite it: CURE". Empty files pass, and damaged HDF5 files where HDF5 is expected.
 void refuse_other_file(const std::filesystem::path& target, const FileKind& kind,
                        const std::string& what, const std::string& cure);
+
+// Inputs that are read in several parts, hashed and read: replaced in between they would be a
+// mixture.
+class UnchangedFiles {
+ public:
+  // as it is now. One that is not there is left to whoever reads it.
+  void add(const std::filesystem::path& file);
+  // RunError: one was replaced or written to since it was added
+  void check() const;
+
+ private:
+  std::vector<std::pair<std::filesystem::path, struct stat>> files_;
+};
 
 }  // namespace cbr

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Messages of all programs about blocks of a mesh: those that none computes with, shells without a
-// thickness and beams, and those whose material or elements can hardly be meant.
+// thickness and beams, and those whose material or elements can hardly be meant; and the mass that
+// its elements ask for.
 #pragma once
 
 #include <map>
@@ -38,5 +39,18 @@ void warn_of_blocks(const Component& component,
 // integration in rows, if there are any.
 void warn_of_mesh(const Component& component, const Mesh& mesh,
                   const std::vector<BlockProperties>& properties, Report& report);
+
+// Which mass matrix a component has where the scene does not say (docs/decisions/mass.md).
+//
+// Of a full mesh in motion. Lumped unless the scene says otherwise: explicit steps divide by it.
+MassKind mass_of_mesh(const Component& component);
+
+// As the scene says; else consistent when the mesh has elements that lumping spoils, and lumped for
+// all others. Frequencies and harmonic response of full meshes have the same.
+MassKind mass_of_superelement(const Component& component, const Mesh& mesh);
+
+// Whether lumped mass spoils frequencies and inertia of such elements ("hex20", "hex20-reduced",
+// "tet10", and shells, whose lumped rotary inertia is large).
+bool is_spoilt_by_lumping(const std::string& element);
 
 }  // namespace cbr
