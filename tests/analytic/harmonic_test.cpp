@@ -243,7 +243,7 @@ TEST_F(Harmonic, WhatCannotBeIsRefused) {
   const std::string reduction = ", reduction: {interface: [x_min, x_max], modes: 20}";
   const auto expect = [&](const std::string& yaml, const std::string& words) {
     const std::string message = refusal_of([&] { respond(yaml); });
-    EXPECT_NE(message.find(words), std::string::npos) << message;
+    EXPECT_SAYS(message, words);
   };
   expect(beam(reduction,
               "boundary: [{instance: b, nodes: x_min, fix: [x, y, z]}]\nloads: [{gravity: [0, 0, "

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "common/base/error.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::histories_test {
@@ -43,12 +44,7 @@ class OfHistories : public ::testing::Test {
   }
 
   std::string refusal(const std::string& load) const {
-    try {
-      folder.prepare(scene(load));
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "not refused";
+    return test::refusal_of([&] { folder.prepare(scene(load)); });
   }
 
   void write(const std::string& file, const std::string& lines) const {
@@ -185,8 +181,7 @@ TEST_F(OfHistories, WhatCannotBeIsRefusedByName) {
                                  "1\0",
                                  8));
   const auto names = [&](const std::string& load, const std::string& what) {
-    const std::string said = refusal(load);
-    EXPECT_NE(said.find(what), std::string::npos) << said;
+    EXPECT_SAYS(refusal(load), what);
   };
   names("surface: x_max, force: [1, 0, 0], history: {file: down.csv}", "down.csv:2: not above");
   names("surface: x_max, force: [1, 0, 0], history: {file: words.csv}",

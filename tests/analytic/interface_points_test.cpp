@@ -12,6 +12,7 @@
 #include "common/base/error.hpp"
 #include "dynamics/setup/modal/harmonic.hpp"
 #include "dynamics/setup/modal/scene_modes.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::interface_points_test {
@@ -332,15 +333,10 @@ TEST_F(InterfacePoints, WhatCannotBeIsRefusedByName) {
                            const std::string& by = {}) {
     std::string all = yaml(scene);
     if (!old.empty()) all.replace(all.find(old), old.size(), by);
-    try {
-      folder.run(all);
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string("nothing refused");
+    return test::refusal_of([&] { folder.run(all); });
   };
   const auto expect = [&](const std::string& message, const std::string& says) {
-    EXPECT_NE(message.find(says), std::string::npos) << message;
+    EXPECT_SAYS(message, says);
   };
   Pointed scene{.more = "time: {end: 1}\n"};
   expect(refusal(scene, "points: [base, tip]", "points: [base, top]"), "unknown point 'top'");

@@ -368,9 +368,9 @@ TEST_F(Pressures, BadNumbersAreRefused) {
     scene.contact = contact;
     return test::refusal_of([&] { folder_.run(scene_of(scene)); });
   };
-  EXPECT_NE(with(", pressures: 0").find("pressures"), std::string::npos);
-  EXPECT_NE(with(", pressures: some").find("expected auto, nodes"), std::string::npos);
-  EXPECT_NE(with(", pressures: 1000").find("169 nodes"), std::string::npos);
+  EXPECT_SAYS(with(", pressures: 0"), "pressures");
+  EXPECT_SAYS(with(", pressures: some"), "expected auto, nodes");
+  EXPECT_SAYS(with(", pressures: 1000"), "169 nodes");
 }
 
 // Two superelements whose faces do not match: 13 x 13 nodes against 10 x 10, one mirrored.

@@ -148,11 +148,10 @@ TEST_F(Rigid, APlateOnRailsIsAWallWithAMass) {
     EXPECT_LT(at(plate.momentum, 30).tail<2>().norm(), 1e-12) << integrator;
     EXPECT_LT(test::energy_residual(ran.result), 1e-9) << integrator;
   }
-  EXPECT_NE(refusal(scene("  b: {component: block, as: rigid}\n",
-                          "walls: {w: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}, mass: 3}}\n",
-                          "{end: 1}"))
-                .find("a wall with a mass of its own is an instance with as: rigid"),
-            std::string::npos);
+  EXPECT_SAYS(refusal(scene("  b: {component: block, as: rigid}\n",
+                            "walls: {w: {plane: {point: [0, 0, 0], normal: [0, 0, 1]}, mass: 3}}\n",
+                            "{end: 1}")),
+              "a wall with a mass of its own is an instance with as: rigid");
 }
 
 // sqrt(k / m), in --modes and in a run; the other motions are free.
@@ -195,15 +194,13 @@ TEST_F(Rigid, ADashpotSetsTheStep) {
     EXPECT_NEAR(at(ran.monitor("b.hub").mean_position, last)[0] - 0.2, 1 - std::exp(-2.0), 1e-5);
     EXPECT_NEAR(-ran.result.work_damping[last], 0.5 * mass * (1 - std::exp(-4.0)),
                 0.006 * 0.5 * mass);
-    EXPECT_NE(ran.built.simulation.plan.limit.find("link 'b.hub - ground' (1 rad/s)"),
-              std::string::npos)
-        << ran.built.simulation.plan.limit;
+    EXPECT_SAYS(ran.built.simulation.plan.limit, "link 'b.hub - ground' (1 rad/s)");
   }
   // Two bodies approach each other's velocity twice as fast
   const Ran two = run(moving + "  free: {component: block, as: rigid, position: [1, 0, 0]}\n",
                       "  - {between: [b.hub, free.hub], " + dashpot, 0.5);
   EXPECT_NEAR(at(two.body("b").momentum, 4)[0] / mass, 0.5 * (1 + std::exp(-4.0)), 1e-3);
-  EXPECT_NE(two.built.simulation.plan.limit.find("(2 rad/s)"), std::string::npos);
+  EXPECT_SAYS(two.built.simulation.plan.limit, "(2 rad/s)");
   // A spring at the end of an arm e along y: k / m, and more by k e^2 / J
   const std::string arm = "  - {between: [b.hub, ground], stiffness: [0, 0, 8, 0, 0, 0]}\n";
   const std::string yaml =
@@ -276,9 +273,7 @@ TEST_F(Rigid, StandsInStatics) {
             1e-9 * mass);
   EXPECT_NEAR(at(ran.body("b").center_of_mass, end)[2], size[2] / 2, 1e-9);
   const Ran lost = folder.run(scene(b, loaded("[3, 0, -10]"), statics));
-  EXPECT_NE(lost.result.failure.find("'b' is not held: under its loads it moves along [1, "),
-            std::string::npos)
-      << lost.result.failure;
+  EXPECT_SAYS(lost.result.failure, "'b' is not held: under its loads it moves along [1, ");
 }
 
 // Heights e^2, e^4 ... of the first; with e = 1 no energy is lost.
@@ -364,8 +359,7 @@ TEST_F(Rigid, GoesOnFromACheckpoint) {
 TEST_F(Rigid, IsRefusedWhatOnlyElasticBodiesHave) {
   const std::string b = "  b: {component: block, as: rigid}\n";
   const auto expect = [&](const std::string& yaml, const std::string& words) {
-    const std::string message = refusal(yaml);
-    EXPECT_NE(message.find(words), std::string::npos) << message;
+    EXPECT_SAYS(refusal(yaml), words);
   };
   expect(scene("  b: {component: block, as: rigid, damping: {ratio: 0.1}}\n", "", "{end: 1}"),
          "a rigid body has no elastic modes");

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/fem/shell_model.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/support/shelled_scene.hpp"
 
 namespace cbr::shells_setup_test {
@@ -81,10 +82,8 @@ TEST_F(Shells, ACondensedEdgeIsAHinge) {
   Shelled scene{.reduction = "interface: [x_0, x_1], condense_rotations: true, modes: 4"};
   const std::string run = "time: {end: 1e-3}\n";
   scene.more = "boundary:\n" + held("x_0", "[x, y, z]", "[x, y, z]") + run;
-  EXPECT_NE(refusal(scene).find(
-                "reduction.condense_rotations: true put the rotations of its shells inside"),
-            std::string::npos)
-      << refusal(scene);
+  EXPECT_SAYS(refusal(scene),
+              "reduction.condense_rotations: true put the rotations of its shells inside");
   const auto warns = [&] {
     Report told("test", Verbosity::quiet);
     build(folder.prepare(yaml(scene)).scene, told);
@@ -106,7 +105,7 @@ TEST_F(Shells, WhatCannotBeIsRefusedByName) {
   folder.add("bar.exo", covered_bar(2));
   const auto expect = [&](const Shelled& scene, const std::vector<std::string>& words) {
     const std::string found = refusal(scene);
-    for (const std::string& word : words) EXPECT_NE(found.find(word), std::string::npos) << found;
+    for (const std::string& word : words) EXPECT_SAYS(found, word);
   };
   const std::string run = "time: {end: 1, step: 1, static: true}\n";
   Shelled scene{.more = run};

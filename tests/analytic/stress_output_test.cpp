@@ -109,7 +109,7 @@ class StressOutput : public testing::Test {
   }
   void expect_refused(const Options& options, const std::string& word) {
     const std::string message = refusal_of([&] { run(options); });
-    EXPECT_NE(message.find(word), std::string::npos) << message;
+    EXPECT_SAYS(message, word);
   }
   Hdf5Reader results() const { return Hdf5Reader(folder_.folder() / "results.h5"); }
   Hdf5Reader fields() const { return Hdf5Reader(folder_.folder() / "results.fields.h5"); }

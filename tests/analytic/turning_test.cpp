@@ -233,7 +233,7 @@ TEST(Turning, WhatDoesNotTurnIsRefusedByName) {
   const auto expect = [&](std::string yaml, const std::string& part) {
     yaml.erase(yaml.find(massless), massless.size());
     const std::string said = refusal(yaml);
-    EXPECT_NE(said.find(part), std::string::npos) << said;
+    EXPECT_SAYS(said, part);
     EXPECT_EQ(said.find('\n'), std::string::npos);
   };
   expect(scene("{end: 1, rotations: small}", "angular_velocity: [0, 0, 1]"),

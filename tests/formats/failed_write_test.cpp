@@ -13,6 +13,7 @@
 #include "common/superelement/superelement.hpp"
 #include "tests/formats/sample_superelement.hpp"
 #include "tests/formats/temporary_folder.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace cbr::failed_write_test {
 namespace {
@@ -123,13 +124,8 @@ TEST_F(FailedWrite, folderThatCannotBeWritten) {
     std::filesystem::permissions(
         folder.path(), std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
   }
-  try {
-    write(closed / "s.h5");
-    FAIL() << "written to " << closed;
-  } catch (const RunError& error) {
-    EXPECT_NE(std::string(error.what()).find((closed / "s.h5").string()), std::string::npos)
-        << error.what();
-  }
+  EXPECT_SAYS(test::refusal_of<RunError>([&] { write(closed / "s.h5"); }),
+              (closed / "s.h5").string());
 }
 
 TEST_F(FailedWrite, aLinkIsFollowedAndStays) {
@@ -154,12 +150,7 @@ TEST_F(FailedWrite, permissionsAreThoseOfWhatIsReplaced) {
   }
   test::write_bytes(file, "protected");
   fs::permissions(file, perms(0444));
-  try {
-    write(file);
-    FAIL() << "replaced";
-  } catch (const RunError& error) {
-    EXPECT_NE(std::string(error.what()).find("write-protected"), std::string::npos) << error.what();
-  }
+  EXPECT_SAYS(test::refusal_of<RunError>([&] { write(file); }), "write-protected");
   EXPECT_EQ(test::bytes_of(file), "protected");
   EXPECT_EQ(folder.n_entries(), 1u);
 }

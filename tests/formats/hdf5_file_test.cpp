@@ -5,6 +5,7 @@
 
 #include "common/base/error.hpp"
 #include "tests/formats/temporary_folder.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace cbr::hdf5_file_test {
 namespace {
@@ -122,15 +123,8 @@ TEST(Hdf5File, numbersThatAreNotThoseThatWereWrittenAreRefused) {
     damaged[at] = static_cast<char>(damaged[at] ^ 1);  // the last bit of 53
     test::write_bytes(file, damaged);
     EXPECT_THROW(Hdf5Reader(file).compare_checksums("/"), InputError) << dataset;
-    try {
-      read_all();
-      ADD_FAILURE() << dataset;
-    } catch (const InputError& error) {
-      EXPECT_NE(std::string(error.what())
-                    .find(file.string() + ": " + dataset + ": its numbers are not those"),
-                std::string::npos)
-          << error.what();
-    }
+    const std::string message = test::refusal_of([&] { read_all(); });
+    EXPECT_SAYS(message, file.string() + ": " + dataset + ": its numbers are not those");
   }
 }
 
@@ -160,14 +154,8 @@ TEST(Hdf5File, textsThatAreNotThoseThatWereWrittenAreRefused) {
   }
   const Hdf5Reader reader(damaged("7850"));
   EXPECT_EQ(reader.read_string("/", "format"), "cbr-test");
-  try {
-    reader.read_string("/group", "more");
-    ADD_FAILURE();
-  } catch (const InputError& error) {
-    EXPECT_EQ(std::string(error.what()).find(file.string() + ": /group: its texts are not those"),
-              0U)
-        << error.what();
-  }
+  const std::string message = test::refusal_of([&] { reader.read_string("/group", "more"); });
+  EXPECT_EQ(message.find(file.string() + ": /group: its texts are not those"), 0U) << message;
 }
 
 TEST(Hdf5File, comparesAllChecksumsOfAGroup) {

@@ -38,7 +38,7 @@ TEST(Limits, AreTheTableOfTheContract) {
     }
     rows += " | " + limit.cure + " |\n";
   }
-  EXPECT_NE(contract().find("\n\n" + rows + "\n"), std::string::npos) << rows;
+  EXPECT_SAYS(contract(), "\n\n" + rows + "\n") << rows;
 }
 
 // By their last name; of `reduction` by the row in full, of which second_reduction has one.
@@ -58,7 +58,7 @@ TEST(SceneKeys, AreAllInTheContract) {
   ReductionOptions none;
   for (const SceneKey& key : scene_keys(none)) {
     const std::string row = key.key.starts_with("second_") ? "second_reduction" : key.key;
-    EXPECT_NE(text.find("`reduction." + row + "`"), std::string::npos) << row;
+    EXPECT_SAYS(text, "`reduction." + row + "`") << row;
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
+#include "tests/support/refusal.hpp"
 #include "tests/unit/common/scene_samples.hpp"
 
 namespace cbr::scene_errors_test {
@@ -26,7 +27,7 @@ TEST_P(SceneMistake, isRefusedWithLineKeyAndCure) {
   const std::string message = refusal(folder, replaced(full_scene, mistake.old, mistake.with));
   EXPECT_FALSE(message.empty()) << "accepted: " << mistake.with;
   for (const auto& text : mistake.mentioned) {
-    EXPECT_NE(message.find(text), std::string::npos) << "'" << text << "' is not in: " << message;
+    EXPECT_SAYS(message, text) << "'" << text << "' is not in: " << message;
   }
   EXPECT_EQ(message.find('\n'), std::string::npos) << message;
 }

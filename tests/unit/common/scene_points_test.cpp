@@ -2,6 +2,7 @@
 // Points of components and of the interface, links, and superelements without a mesh.
 #include <gtest/gtest.h>
 
+#include "tests/support/refusal.hpp"
 #include "tests/unit/common/scene_samples.hpp"
 
 namespace cbr::scene_points_test {
@@ -27,8 +28,7 @@ TEST(Scene, PointsOfTheInterfaceArrive) {
   EXPECT_TRUE(reduction.interface_sets.empty());
   EXPECT_EQ(written(read_text(elsewhere, written(scene))), written(scene));
   const auto refused = [&](const std::string& old, const std::string& by, const std::string& says) {
-    const std::string message = refusal(folder, replaced(text, old, by));
-    EXPECT_NE(message.find(says), std::string::npos) << message;
+    EXPECT_SAYS(refusal(folder, replaced(text, old, by)), says);
   };
   refused("points: tip,", "", "missing key 'interface'");
   refused("points: tip", "points: tap", "unknown point 'tap', did you mean 'tip'?");
@@ -88,8 +88,7 @@ TEST(Scene, staticsPointsAndLinksArrive) {
   EXPECT_EQ(preload_steps(scene), 3);
   EXPECT_EQ(written(read_text(elsewhere, written(scene))), written(scene));
   const auto refused = [&](const std::string& old, const std::string& by, const std::string& says) {
-    const std::string message = refusal(folder, replaced(text, old, by));
-    EXPECT_NE(message.find(says), std::string::npos) << message;
+    EXPECT_SAYS(refusal(folder, replaced(text, old, by)), says);
   };
   refused("static: true", "static: true, integrator: exact", "static: true computes equilibrium");
   const Scene on_set =
@@ -118,7 +117,7 @@ TEST(Scene, aSuperelementAloneArrives) {
   // Two components may use one file, and stand beside others
   EXPECT_EQ(refusal(folder, replaced(test::alone_scene, "instances:",
                                      "  twin: {superelement: parts/given.cbr.h5}\ninstances:")),
-            "");
+            "no error");
   const std::string beside =
       replaced(full_scene, "  bare:", "  part: {superelement: given.cbr.h5}\n  bare:");
   EXPECT_EQ(written(read_text(folder, written(read_text(folder, beside)))),
@@ -138,22 +137,21 @@ TEST(Scene, nothingStandsBesideASuperelementAlone) {
                                     key.substr(0, key.find(':')) +
                                     ": not allowed beside 'superelement'"))
         << message;
-    EXPECT_NE(message.find("remove one of the two"), std::string::npos) << message;
+    EXPECT_SAYS(message, "remove one of the two");
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   }
   const std::string as_mesh = with("component: part,", "component: part, as: mesh,");
   EXPECT_TRUE(as_mesh.starts_with(
       "impact.yaml:4: instances.left.as: component 'part' is a superelement file without a mesh"))
       << as_mesh;
-  EXPECT_NE(as_mesh.find("use as: superelement"), std::string::npos) << as_mesh;
-  const std::string replacing = refusal(
-      folder, replaced(full_scene, "  bare:", "  part: {superelement: ../out/block.h5}\n  bare:"));
-  EXPECT_NE(replacing.find("is also that of component 'block': give each a file of its own"),
-            std::string::npos)
-      << replacing;
+  EXPECT_SAYS(as_mesh, "use as: superelement");
+  EXPECT_SAYS(
+      refusal(folder,
+              replaced(full_scene, "  bare:", "  part: {superelement: ../out/block.h5}\n  bare:")),
+      "is also that of component 'block': give each a file of its own");
   const std::string no_materials =
       with("instances:", "  bare: {mesh: a.msh, material: steel}\ninstances:");
-  EXPECT_NE(no_materials.find("missing key 'materials'"), std::string::npos) << no_materials;
+  EXPECT_SAYS(no_materials, "missing key 'materials'");
 }
 
 }  // namespace

@@ -4,9 +4,9 @@
 #include <sstream>
 #include <string>
 
-#include "common/base/error.hpp"
 #include "common/scene/scene.hpp"
 #include "tests/formats/temporary_folder.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace cbr::test {
 
@@ -87,15 +87,11 @@ inline Scene read_text(const TemporaryFolder& folder, const std::string& text) {
   return read_scene((folder / "impact.yaml").string());
 }
 
-// The message without the folder's name; "" if the scene is read.
+// The message without the folder's name; "no error" if the scene is read.
 inline std::string refusal(const TemporaryFolder& folder, const std::string& text) {
-  try {
-    read_text(folder, text);
-    return "";
-  } catch (const InputError& error) {
-    const std::string message = error.what(), prefix = folder.path().string() + "/";
-    return message.rfind(prefix, 0) == 0 ? message.substr(prefix.size()) : message;
-  }
+  const std::string message = refusal_of([&] { read_text(folder, text); }),
+                    prefix = folder.path().string() + "/";
+  return message.rfind(prefix, 0) == 0 ? message.substr(prefix.size()) : message;
 }
 
 inline std::string written(const Scene& scene) {

@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "tests/support/refusal.hpp"
 #include "tests/unit/common/scene_samples.hpp"
 
 namespace cbr::scene_test {
@@ -302,7 +303,7 @@ TEST(Scene, writtenAndReadIsTheSameScene) {
                             "points: 57",
                             "spacing: log",
                             "modes: 43"}) {
-    EXPECT_NE(once.find(value), std::string::npos) << value;
+    EXPECT_SAYS(once, value) << value;
   }
 }
 

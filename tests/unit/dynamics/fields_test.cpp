@@ -12,6 +12,7 @@
 #include "dynamics/output/field_grids.hpp"
 #include "dynamics/program.hpp"
 #include "tests/formats/temporary_folder.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
 namespace cbr::fields_test {
@@ -116,8 +117,7 @@ TEST_F(Fields, TextNamesScalarsOnly) {
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   EXPECT_EQ(text.find("Tensor"), std::string::npos);
   for (const std::string name : {"xx", "yy", "zz", "xy", "yz", "xz", "von_mises"})
-    EXPECT_NE(text.find("Name=\"stress_" + name + "\" AttributeType=\"Scalar\" Center=\"Cell\""),
-              std::string::npos)
+    EXPECT_SAYS(text, "Name=\"stress_" + name + "\" AttributeType=\"Scalar\" Center=\"Cell\"")
         << name;
 }
 

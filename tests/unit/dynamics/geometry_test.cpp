@@ -5,6 +5,7 @@
 
 #include "common/base/error.hpp"
 #include "dynamics/setup/components/contact_faces.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
 namespace cbr::geometry_test {
@@ -78,15 +79,11 @@ TEST(ContactFaces, NineNodesAreFourFacesToNodesAndOneToMortar) {
 TEST(GeometryNames, WhatIsNotThereIsNamedWithTheCure) {
   const test::Lattice full = test::lattice({3, 3, 3}, 1, 1, 1);
   const Geometry geometry = geometry_of(test::reduce(full, test::x_nodes(full, false, true), 2));
-  try {
+  const std::string text = test::refusal_of([&] {
     find_surface(geometry, "left", "x_mx", {"scene.yaml", 12});
-    FAIL();
-  } catch (const InputError& error) {
-    const std::string text = error.what();
-    for (const char* part :
-         {"scene.yaml:12", "left", "x_mx", "x_max", "did you mean", "cbr-reduce"})
-      EXPECT_NE(text.find(part), std::string::npos) << part;
-  }
+  });
+  for (const char* part : {"scene.yaml:12", "left", "x_mx", "x_max", "did you mean", "cbr-reduce"})
+    EXPECT_SAYS(text, part) << part;
 }
 
 }  // namespace

@@ -207,8 +207,8 @@ Vector symmetric_eigenvalues(MassKind mass) {
 Superelement half_block(ReductionOptions options, MassKind mass = MassKind::lumped) {
   if (options.interface_sets.empty()) options.interface_sets = {"x_max"};
   Report report("test", Verbosity::quiet);
-  return reduce(part_of_block(true), {{{100, 0.3, 1}, HexFormulation::incompatible}}, mass,
-                options, {}, report);
+  return reduce(part_of_block(true), {{{100, 0.3, 1}, HexFormulation::incompatible}}, mass, options,
+                {}, report);
 }
 
 double largest_error(const Vector& found, const Vector& wanted) {
@@ -383,9 +383,7 @@ TEST(FixedDofs, BadInputIsRefusedWithItsLine) {
   Halves halves;
   const auto refusal = [&](const HalfRun& of) { return test::refusal_of([&] { halves.run(of); }); };
   const auto expect = [&](const HalfRun& of, const std::string& words) {
-    const std::string found = refusal(of);
-    EXPECT_NE(found.find(words), std::string::npos) << found;
-    EXPECT_NE(found.find(".yaml:"), std::string::npos) << found;
+    EXPECT_SAYS(refusal(of), words, ".yaml:");
   };
   expect({.fixed = "{nodes: y_mim, fix: [y]}"}, "'y_mim', did you mean 'y_min'?");
   expect({.fixed = "{nodes: y_min, fix: [w]}"}, "unknown value 'w'");

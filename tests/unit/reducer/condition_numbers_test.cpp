@@ -12,6 +12,7 @@
 #include "common/fem/connected_parts.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "reducer/bases/reduce.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test::condition_numbers_test {
@@ -103,12 +104,9 @@ TEST(CheckModes, AModeThatIsThereTwiceIsNamed) {
   held.modes.Phi.col(8) = held.modes.Phi.col(4);
   const ModeCheck check = check_modes(held.interior(), held.modes.lambda, held.modes.Phi);
   EXPECT_GT(check.orthogonality, 0.5);
-  try {
-    require_independent(held.interior(), held.modes.Phi, check);
-    FAIL() << "no error";
-  } catch (const RunError& error) {
-    EXPECT_NE(std::string(error.what()).find("modes 5 and 9"), std::string::npos) << error.what();
-  }
+  EXPECT_SAYS(test::refusal_of<RunError>(
+                  [&] { require_independent(held.interior(), held.modes.Phi, check); }),
+              "modes 5 and 9");
 }
 
 TEST(CheckModes, AVectorThatIsNoModeShowsInTheResidual) {
@@ -139,7 +137,7 @@ TEST(Conditioning, IsFilledAndQuietWhereAllIsWell) {
   EXPECT_GT(c.K_II.scaled, 10);
   EXPECT_GT(c.mass.plain, 1);
   EXPECT_LT(c.modes.orthogonality, 1e-10);
-  EXPECT_NE(c.counts.find(" found"), std::string::npos) << c.counts;
+  EXPECT_SAYS(c.counts, " found");
   EXPECT_LT(c.reduced_rigid, 1e-12);
   EXPECT_EQ(c.n_zero, 6);
   EXPECT_EQ(c.n_rigid, 6);
@@ -165,8 +163,7 @@ TEST(Conditioning, AMechanismAmongTheKeptNodesIsNamed) {
   reduced(hinged(), {"all"}, 0, figures, report);
   EXPECT_EQ(figures.condition.n_rigid, 6);
   EXPECT_EQ(figures.condition.n_zero, 7);
-  EXPECT_NE(figures.condition.loose_node.find("of block '"), std::string::npos)
-      << figures.condition.loose_node;
+  EXPECT_SAYS(figures.condition.loose_node, "of block '");
   EXPECT_GE(report.n_warnings(), 1);
 }
 
@@ -235,14 +232,11 @@ TEST(Conditioning, AMechanismIsFoundWithoutTheDiagonalForm) {
     options.massless_modes = MasslessModes::free;
     options.modes = 12;
     if (is_hinged) {
-      try {
-        reduce(mesh, properties(mesh, paper_steel()), MassKind::lumped, options, settings, report,
-               &figures);
-        ADD_FAILURE() << "no error";
-      } catch (const InputError& error) {
-        EXPECT_NE(std::string(error.what()).find("moves most at node"), std::string::npos)
-            << error.what();
-      }
+      EXPECT_SAYS(test::refusal_of([&] {
+                    reduce(mesh, properties(mesh, paper_steel()), MassKind::lumped, options,
+                           settings, report, &figures);
+                  }),
+                  "moves most at node");
     }
     options.basis = Basis::craig_bampton;
     options.modes = 0;
@@ -280,7 +274,7 @@ TEST(Conditioning, WhatIsNotComputedIsNotTold) {
   for (const char* line :
        {"condition of K_II: not computed", "condition of the reduced mass: not computed",
         "modes: not checked", "forces of K not computed", "reduced frequencies: not computed"})
-    EXPECT_NE(text.find(line), std::string::npos) << line;
+    EXPECT_SAYS(text, line) << line;
 }
 
 // A soft half, held by the interface at x_min, and a stiff one: by round-off of the stiff one the
@@ -331,8 +325,7 @@ TEST(Conditioning, StiffPartsAreRefusedWhereAllIsLostAndByAllFormsAlike) {
     };
     testing::internal::CaptureStderr();
     const Vector known = lowest(1e6), found = lowest(1e10);
-    EXPECT_NE(testing::internal::GetCapturedStderr().find("which is put right"), std::string::npos)
-        << word;
+    EXPECT_SAYS(testing::internal::GetCapturedStderr(), "which is put right") << word;
     // 1.5e-5 is measured
     EXPECT_LT((found - known).cwiseQuotient(known).cwiseAbs().maxCoeff(), 6e-5) << word;
     testing::internal::CaptureStderr();
@@ -349,9 +342,8 @@ TEST(UnjoinedParts, NodesOfTwoPartsAtOnePlaceAreTold) {
   };
   EXPECT_EQ(told(first), "");
   EXPECT_EQ(told(both(first, box_mesh({{2, 2, 2}, {2, 2, 2}, {2.5, 0, 0}, 0}))), "");  // apart
-  const std::string text = told(both(first, box_mesh({{2, 2, 2}, {2, 2, 2}, {2, 0, 0}, 0})));
-  EXPECT_NE(text.find("2 parts that share no node, and 9 pairs of nodes"), std::string::npos)
-      << text;
+  EXPECT_SAYS(told(both(first, box_mesh({{2, 2, 2}, {2, 2, 2}, {2, 0, 0}, 0}))),
+              "2 parts that share no node, and 9 pairs of nodes");
 }
 
 TEST(UnjoinedParts, RoundedCoordinatesAreOnePlaceByTheElementsThere) {
@@ -373,8 +365,8 @@ TEST(UnjoinedParts, RoundedCoordinatesAreOnePlaceByTheElementsThere) {
   const Mesh mesh = both(first, box_mesh({{2, 2, 2}, {2, 2, 2}, {2, 3e-7, 0}, 0}));
   const FiniteElementModel model = number_nodes(mesh);
   const std::vector<Index> part = connected_parts(mesh, model);
-  EXPECT_NE(unjoined_parts(mesh, model, part).find("only 3e-07 apart"), std::string::npos);
-  EXPECT_NE(several_parts(mesh, model, part).find("2 parts that share no node"), std::string::npos);
+  EXPECT_SAYS(unjoined_parts(mesh, model, part), "only 3e-07 apart");
+  EXPECT_SAYS(several_parts(mesh, model, part), "2 parts that share no node");
   EXPECT_EQ(several_parts(first, number_nodes(first), connected_parts(first, number_nodes(first))),
             "");
 }

@@ -6,6 +6,7 @@
 
 #include "common/files/hdf5_file.hpp"
 #include "common/superelement/superelement_file.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/reduce_program.hpp"
 
 namespace cbr::test::program_files_test {
@@ -28,7 +29,7 @@ TEST_F(ProgramFiles, AMeshGivesTheSameFileAsAScene) {
   const std::string handed_on = run({scene("{interface: [x_max], modes: 4}")});
   EXPECT_EQ(bytes(path("box.cbr.h5")), by_mesh);
   EXPECT_EQ(bytes(path("twin.cbr.h5")), by_mesh);
-  EXPECT_NE(handed_on.find(path("box.cbr.h5")), std::string::npos) << handed_on;
+  EXPECT_SAYS(handed_on, path("box.cbr.h5"));
 }
 
 TEST_F(ProgramFiles, ReducesOnlyWhatHasChanged) {
@@ -84,17 +85,16 @@ TEST_F(ProgramFiles, SetsThatAreNotKeptAreRefusedThoughTheFileIsUpToDate) {
   const std::string reduction = "{interface: [x_max], modes: 4}";
   run({scene(reduction)});
   const std::string history = "output: {history: [a.x_min]}\n";
-  EXPECT_NE(message_of({scene(reduction, history)}).find("keeps 0 of its"), std::string::npos);
-  EXPECT_NE(message_of({scene(reduction, "output: {history: [a.x_mni]}\n")}).find("x_mni"),
-            std::string::npos);
-  EXPECT_EQ(message_of({scene(reduction, "output: {history: [a.x_max]}\n")}), "no InputError");
+  EXPECT_SAYS(message_of({scene(reduction, history)}), "keeps 0 of its");
+  EXPECT_SAYS(message_of({scene(reduction, "output: {history: [a.x_mni]}\n")}), "x_mni");
+  EXPECT_EQ(message_of({scene(reduction, "output: {history: [a.x_max]}\n")}), "no error");
 }
 
 TEST_F(ProgramFiles, OverwritesNoMeshAndNoScene) {
   const std::string mesh = bytes(path("box.msh"));
   std::vector<std::string> arguments = mesh_arguments();
   arguments.back() = path("box.msh");
-  EXPECT_NE(message_of(arguments).find("another name"), std::string::npos);
+  EXPECT_SAYS(message_of(arguments), "another name");
   fs::create_symlink(path("box.msh"), path("link.h5"));
   const std::string file = scene("{interface: [x_max], modes: 4}");
   const auto with_superelement = [&](const std::string& name) {
@@ -108,16 +108,15 @@ TEST_F(ProgramFiles, OverwritesNoMeshAndNoScene) {
     std::ofstream(file) << text;
     return message;
   };
-  EXPECT_NE(with_superelement("link.h5").find("the mesh of component 'box'"), std::string::npos);
-  EXPECT_NE(with_superelement("scene.yaml").find("the scene itself"), std::string::npos);
+  EXPECT_SAYS(with_superelement("link.h5"), "the mesh of component 'box'");
+  EXPECT_SAYS(with_superelement("scene.yaml"), "the scene itself");
   EXPECT_EQ(bytes(path("box.msh")), mesh);
 }
 
 TEST_F(ProgramFiles, TimingsInThePlaceOfASuperelementAreRefusedBeforeTheWork) {
-  EXPECT_NE(message_of({scene("{interface: [x_max], modes: 4}")}, path("twin.cbr.h5"))
-                .find("twin.cbr.h5: is the file of both the superelement of component 'twin' and "
-                      "the timings"),
-            std::string::npos);
+  EXPECT_SAYS(message_of({scene("{interface: [x_max], modes: 4}")}, path("twin.cbr.h5")),
+              "twin.cbr.h5: is the file of both the superelement of component 'twin' and "
+              "the timings");
   EXPECT_FALSE(fs::exists(path("box.cbr.h5")));
   EXPECT_FALSE(fs::exists(path("twin.cbr.h5")));
 }
@@ -129,12 +128,10 @@ TEST_F(ProgramFiles, OverwritesNoHdf5FileOfAnotherKind) {
     results.commit();
   }
   const std::string before = bytes(path("box.cbr.h5"));
-  EXPECT_NE(message_of(mesh_arguments()).find("cbr-results"), std::string::npos)
-      << message_of(mesh_arguments());
+  EXPECT_SAYS(message_of(mesh_arguments()), "cbr-results");
   EXPECT_EQ(bytes(path("box.cbr.h5")), before);
   std::ofstream(path("box.cbr.h5")) << "my notes\n";
-  EXPECT_NE(message_of(mesh_arguments()).find("box.cbr.h5: exists and is not an HDF5 file"),
-            std::string::npos);
+  EXPECT_SAYS(message_of(mesh_arguments()), "box.cbr.h5: exists and is not an HDF5 file");
   EXPECT_EQ(bytes(path("box.cbr.h5")), "my notes\n");
   std::ofstream(path("box.cbr.h5"), std::ios::trunc).flush();
   EXPECT_EQ(run(mesh_arguments()), "");  // over an empty one, as mktemp makes it
@@ -145,13 +142,10 @@ TEST_F(ProgramFiles, AMeshWithoutEndIsRefused) {
   fs::create_symlink("/dev/zero", path("box.msh"));
   const std::string from_mesh = message_of(mesh_arguments()),
                     path_twice = "box.msh: " + path("box.msh");
-  EXPECT_NE(from_mesh.find("box.msh: is not a regular file"), std::string::npos) << from_mesh;
+  EXPECT_SAYS(from_mesh, "box.msh: is not a regular file");
   EXPECT_EQ(from_mesh.find(path_twice), std::string::npos) << from_mesh;
-  const std::string from_scene = message_of({scene("{interface: [x_max], modes: 4}")});
-  EXPECT_NE(from_scene.find("scene.yaml:3: component 'box': " + path("box.msh") +
-                            ": is not a regular file"),
-            std::string::npos)
-      << from_scene;
+  EXPECT_SAYS(message_of({scene("{interface: [x_max], modes: 4}")}),
+              "scene.yaml:3: component 'box': " + path("box.msh") + ": is not a regular file");
 }
 
 }  // namespace

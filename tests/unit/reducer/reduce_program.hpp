@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "common/base/error.hpp"
 #include "reducer/command.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace cbr::test {
@@ -47,12 +47,7 @@ class ReduceProgram : public testing::Test {
 
   std::string message_of(const std::vector<std::string>& arguments,
                          const std::string& timings = "") const {
-    try {
-      run(arguments, timings);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "no InputError";
+    return refusal_of([&] { run(arguments, timings); });
   }
 
   std::vector<std::string> mesh_arguments(const std::vector<std::string>& more = {},

@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "common/scene/scene.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/unit/common/mesh/sample_meshes.hpp"
 
 namespace cbr::program_test {
@@ -81,7 +82,7 @@ TEST(SkinProgram, overwritesNoMeshOfAComponent) {
   for (const char* output : {"brick.msh", "link.msh", "../here/brick.msh"}) {
     const Outcome outcome = here.skin(std::string("a.yaml -o ") + output);
     EXPECT_EQ(outcome.code, 2) << output;
-    EXPECT_NE(outcome.err.find("would be overwritten"), std::string::npos) << outcome.err;
+    EXPECT_SAYS(outcome.err, "would be overwritten");
     EXPECT_EQ(test::read_text(here / "brick.msh"), mesh);
   }
 }
@@ -109,17 +110,14 @@ TEST(SkinProgram, warnsOfReducedIntegrationWhichItsFileCannotHold) {
       "*ELEMENT, TYPE=C3D8R, ELSET=ALL\n1, 1,2,3,4,5,6,7,8\n*SURFACE, NAME=S\n1, S1\n");
   const Outcome skinned = here.skin("r.inp --sideset S -o s.exo");
   EXPECT_EQ(skinned.code, 0);
-  EXPECT_NE(skinned.err.find("block 'ALL' has reduced integration: give it element: reduced"),
-            std::string::npos)
-      << skinned.err;
+  EXPECT_SAYS(skinned.err, "block 'ALL' has reduced integration: give it element: reduced");
 }
 
 TEST(SkinProgram, isAFilterOfScenes) {
   Here here;
   const Outcome from_file = here.skin("a.yaml");
   EXPECT_EQ(from_file.code, 0) << from_file.err;
-  EXPECT_NE(from_file.err.find("skin.right.x_max: 1 shells (quad4) on 4 nodes"), std::string::npos)
-      << from_file.err;
+  EXPECT_SAYS(from_file.err, "skin.right.x_max: 1 shells (quad4) on 4 nodes");
   const std::string mesh = test::read_text(here / "s.msh");
   const Outcome from_stdin = here.skin("- < a.yaml");
   EXPECT_EQ(from_stdin.code, 0) << from_stdin.err;
@@ -159,11 +157,11 @@ TEST(SkinProgram, warnsOfASuperelementThatIsNotOfThePresentMesh) {
   const Outcome stale = here.skin("a.yaml -q");
   EXPECT_EQ(stale.code, 0);
   for (const char* part : {"warning: ", "component 'brick'", "brick.cbr.h5", "run cbr-reduce"})
-    EXPECT_NE(stale.err.find(part), std::string::npos) << stale.err;
+    EXPECT_SAYS(stale.err, part);
   ASSERT_EQ(here.run(CBR_REDUCE, "a.yaml -q").code, 0);
   EXPECT_EQ(here.skin("a.yaml -q").err, "");
   test::write_text(here / "brick.cbr.h5", "no superelement");
-  EXPECT_NE(here.skin("a.yaml -q").err.find("brick.cbr.h5"), std::string::npos);
+  EXPECT_SAYS(here.skin("a.yaml -q").err, "brick.cbr.h5");
 }
 
 TEST(SkinProgram, badInputIsOneLineAndLeavesNothing) {
@@ -174,7 +172,7 @@ TEST(SkinProgram, badInputIsOneLineAndLeavesNothing) {
     EXPECT_EQ(outcome.out, "");
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
     EXPECT_EQ(outcome.err.rfind("cbr-skin: error: ", 0), 0U) << outcome.err;
-    EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
+    EXPECT_SAYS(outcome.err, part);
   };
   const auto changed = [&](const std::string& old, const std::string& by) {
     std::string text = scene_text;

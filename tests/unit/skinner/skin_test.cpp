@@ -8,13 +8,14 @@
 #include <set>
 
 #include "skinner/placed_mesh.hpp"
+#include "tests/support/refusal.hpp"
 #include "tests/unit/common/mesh/sample_meshes.hpp"
 
 namespace cbr::skin_test {
 namespace {
 
 using test::Folder;
-using test::message_of;
+using test::refusal_of;
 
 Vector3 vector_area(const Points& X, const IndexTable& faces, Index f, int corners) {
   const auto p = [&](Index i) -> Vector3 { return X.row(faces(f, i)).transpose(); };
@@ -130,16 +131,15 @@ TEST(Skin, ofAMeshSurvivesBothFormats) {
 
 TEST(Skin, refusesWhatIsNotThereAndWhatIsTwice) {
   const auto fault = [](const std::vector<std::string>& names) {
-    return message_of([&] { skin_mesh(test::brick(1, 1, 1), names); });
+    return refusal_of([&] { skin_mesh(test::brick(1, 1, 1), names); });
   };
-  EXPECT_NE(fault({"x_mx"}).find("did you mean 'x_max'? (available: x_min, x_max)"),
-            std::string::npos);
-  EXPECT_NE(fault({"x_max", "x_max"}).find("twice"), std::string::npos);
+  EXPECT_SAYS(fault({"x_mx"}), "did you mean 'x_max'? (available: x_min, x_max)");
+  EXPECT_SAYS(fault({"x_max", "x_max"}), "twice");
   Mesh once = skin_mesh(test::brick(1, 1, 1), {"x_max"}).mesh;
-  EXPECT_NE(message_of([&] { skin_mesh(once, {"x_max"}); }).find("already"), std::string::npos);
+  EXPECT_SAYS(refusal_of([&] { skin_mesh(once, {"x_max"}); }), "already");
   Mesh empty = test::brick(1, 1, 1);
   empty.sidesets[0].sides.clear();
-  EXPECT_NE(message_of([&] { skin_mesh(empty, {"x_min"}); }).find("empty"), std::string::npos);
+  EXPECT_SAYS(refusal_of([&] { skin_mesh(empty, {"x_min"}); }), "empty");
 }
 
 TEST(Place, mirroredElementsKeepPositiveVolumeAndSidesTheirFaces) {
@@ -249,15 +249,14 @@ TEST(SkinScene, refusesByFileLineAndName) {
   World world;
   world.add("part", InstanceKind::superelement);
   world.scene.skin->surfaces = {"x_mux"};
-  const auto message = message_of([&] { skin_scene(world.scene); });
+  const auto message = refusal_of([&] { skin_scene(world.scene); });
   for (const char* piece : {"world.yaml:9", "'x_mux'", "did you mean 'x_max'", "x_max, x_min"})
-    EXPECT_NE(message.find(piece), std::string::npos) << message;
+    EXPECT_SAYS(message, piece);
   world.scene.skin->surfaces = {"x_min"};
-  EXPECT_NE(message_of([&] { skin_scene(world.scene); }).find("reduction: interface"),
-            std::string::npos);
+  EXPECT_SAYS(refusal_of([&] { skin_scene(world.scene); }), "reduction: interface");
   world.scene.skin->surfaces = {"x_max"};
   world.scene.components["brick"].reduction->interface_sets = {"tip"};
-  EXPECT_NE(message_of([&] { skin_scene(world.scene); }).find("'tip'"), std::string::npos);
+  EXPECT_SAYS(refusal_of([&] { skin_scene(world.scene); }), "'tip'");
 }
 
 }  // namespace

@@ -10,12 +10,13 @@
 #include "common/mesh/surface.hpp"
 #include "common/scene/scene.hpp"
 #include "sample_meshes.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace cbr::gmsh_mesh_test {
 namespace {
 
 using test::Folder;
-using test::message_of;
+using test::refusal_of;
 
 struct Recipe {
   std::string name;
@@ -281,16 +282,16 @@ TEST(GmshMesh, refusesByName) {
   const auto file = folder / "bad.msh";
   const auto fault = [&](const std::string& text) {
     test::write_text(file, text);
-    const auto message = message_of([&] { read_mesh(file); });
+    const auto message = refusal_of([&] { read_mesh(file); });
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
     EXPECT_EQ(message.rfind(file.string() + ": ", 0), 0U) << message;
     return message;
   };
   const auto has = [](const std::string& message, const std::string& part) {
-    EXPECT_NE(message.find(part), std::string::npos) << message;
+    EXPECT_SAYS(message, part);
   };
-  has(message_of([&] { read_mesh(folder / "none.msh"); }), "no such file");
-  has(message_of([&] { read_mesh(folder / "mesh.stl"); }), ".stl");
+  has(refusal_of([&] { read_mesh(folder / "none.msh"); }), "no such file");
+  has(refusal_of([&] { read_mesh(folder / "mesh.stl"); }), ".stl");
   has(fault(""), "empty");
   has(fault("Point(1) = {0,0,0};\n"), "not a gmsh mesh");
   has(fault("\x7f\x45LF\1\2"), "not a gmsh mesh");
@@ -322,11 +323,10 @@ TEST(GmshMesh, aByteOrderMarkIsSkipped) {
   std::vector<std::string> said;
   for (const char* name : {"wide.msh", "wide.inp", "wide.bdf", "wide.unv"}) {
     test::write_text(folder / name, std::string("\xFE\xFF\0$", 4));
-    said.push_back(message_of([&] { read_mesh(folder / name); }));
+    said.push_back(refusal_of([&] { read_mesh(folder / name); }));
   }
-  said.push_back(message_of([&] { read_scene((folder / "wide.msh").string()); }));
-  for (const std::string& message : said)
-    EXPECT_NE(message.find(": is UTF-16: save it as UTF-8"), std::string::npos) << message;
+  said.push_back(refusal_of([&] { read_scene((folder / "wide.msh").string()); }));
+  for (const std::string& message : said) EXPECT_SAYS(message, ": is UTF-16: save it as UTF-8");
 }
 
 TEST(GmshMesh, cutShortIsAnErrorOrNothingIsMissing) {

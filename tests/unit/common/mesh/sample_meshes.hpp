@@ -9,13 +9,12 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <set>
 #include <string>
 #include <vector>
 
-#include "common/base/error.hpp"
 #include "common/mesh/mesh.hpp"
+#include "tests/support/refusal.hpp"
 
 namespace cbr::test {
 
@@ -217,16 +216,6 @@ inline std::string read_text(const std::filesystem::path& file) {
 }
 inline void write_text(const std::filesystem::path& file, const std::string& text) {
   std::ofstream(file, std::ios::binary) << text;
-}
-
-// The message of the InputError that `action` must throw; "" if it does not.
-inline std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
 }
 
 inline void expect_equal(const Mesh& a, const Mesh& b, double tolerance = 0) {
