@@ -9,78 +9,23 @@
 #include <cstdio>
 
 #include "common/base/error.hpp"
+#include "tests/support/pressed_bar.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::characteristic_test {
 namespace {
 
+using test::PressedBar;
 using test::Ran;
 using test::SceneFolder;
 using test::text;
-
-// 6 rigid motions, a response to pressure at each end (of them one twice) and 20 modes; 49 nodes
-// at each end.
-const std::string few =
-    "basis: characteristic, characteristic: {modes: 0, statics: [x_min, x_max]}, modes: 20";
-
-struct Bar {
-  std::string reduction = few, integrator = "exact", contact = "between: [b.x_min, floor]",
-              instance, loads, time, more;
-  std::string walls = "floor: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}";
-  double end = 1, every = 0.01, nu = 0;
-  std::array<Index, 3> n{16, 6, 6};
-  Vector3 size{1, 0.25, 0.25};
-};
-
-Ran run(const Bar& p) {
-  SceneFolder folder;
-  folder.add("bar.exo", test::block_mesh({p.n, p.size}));
-  return folder.run(
-      "materials: {m: {youngs_modulus: 1000, poissons_ratio: " + text(p.nu) +
-      ", density: 1}}\ncomponents: {bar: {mesh: bar.exo, material: m, reduction: {" + p.reduction +
-      ", interface: [x_min, x_max]}}}\ninstances: {b: {component: bar" + p.instance +
-      "}}\nwalls: {" + p.walls + "}\nloads: [" + p.loads + "]\ncontact: [{" + p.contact +
-      "}]\ntime: {end: " + text(p.end) + ", integrator: " + p.integrator + p.time +
-      "}\noutput: {every: " + text(p.every) + ", history: [b.x_min, b.x_max]}\n" + p.more);
-}
-
-double worst_residual(const Ran& ran) {
-  double residual = 0;
-  for (const auto& pair : ran.result.pairs)
-    for (const double value : pair["residual"].values) residual = std::max(residual, value);
-  return residual;
-}
-
-TEST(CharacteristicContact, APressedBarHasTheForceAndTheCompressionOfStatics) {
-  for (const char* integrator : {"exact", "central-difference", "newmark"}) {
-    Bar p;
-    p.integrator = integrator;
-    p.loads =
-        "{instance: b, surface: x_max, traction: [-10, 0, 0], history: {time: [0, 2], value: [0, "
-        "1]}}";
-    p.end = 3;
-    const Ran ran = run(p);
-    const std::size_t last = ran.result.time.size() - 1;
-    // Uniform pressure on one end or on the other, balanced by inertia, moves the ends alike: one
-    // shape. The load's other two directions are two, and equal forces on all nodes three.
-    EXPECT_EQ(ran.built.simulation.bodies[0]->n_dofs(), 20 + 6 + 1 + 2 + 3);
-    EXPECT_NEAR(test::at(ran.monitor("b.x_max").mean_position, last)[0], 1 - 0.01, 2e-4)
-        << integrator;
-    EXPECT_NEAR(test::at(ran.monitor("b.x_min").force, last)[0], 10 * 0.0625, 0.05 * 10 * 0.0625)
-        << integrator;
-    EXPECT_LT(std::abs(test::at(ran.monitor("b.x_min").mean_position, last)[0]), 1e-12)
-        << integrator;
-    EXPECT_LT(test::energy_residual(ran.result), 1e-9) << integrator;
-    EXPECT_LT(worst_residual(ran), 1e-9) << integrator;
-  }
-}
 
 // Flat on a wall: what Craig and Bampton's interface of 294 dofs does, within what the modes leave
 // open in it.
 TEST(CharacteristicContact, ReboundsAsTheFullInterfaceDoes) {
   const auto speed = [](const std::string& reduction) {
-    Bar p;
+    PressedBar p;
     p.reduction = reduction;
     p.nu = 0.3;
     p.instance = ", position: [0.05, 0, 0], velocity: [-1, 0, 0]";
@@ -88,7 +33,7 @@ TEST(CharacteristicContact, ReboundsAsTheFullInterfaceDoes) {
     p.every = 0.0125;
     const Ran ran = run(p);
     const std::size_t last = ran.result.time.size() - 1;
-    EXPECT_LT(worst_residual(ran), 1e-8);
+    EXPECT_LT(test::worst_residual(ran), 1e-8);
     EXPECT_LT(test::energy_residual(ran.result), 1e-10);
     EXPECT_GT(ran.result.active[last / 2] + ran.result.active[last / 3], 0);
     return test::at(ran.body("b").momentum, last)[0] / ran.mass("b");
@@ -103,51 +48,11 @@ TEST(CharacteristicContact, ReboundsAsTheFullInterfaceDoes) {
   EXPECT_NEAR(kept, full, 0.005);
 }
 
-// Bars of other meshes and bases strike: momentum is kept, the laws hold at every node.
-TEST(CharacteristicContact, MeetsEveryKindOfBody) {
-  const std::vector<std::string> kinds = {
-      "reduction: {basis: characteristic, characteristic: {modes: 2, statics: [x_min, x_max]}, "
-      "interface: [x_min, x_max], modes: 40}",
-      "reduction: {interface: [x_min, x_max], modes: 40}",
-      "reduction: {basis: massless, interface: [x_min, x_max], modes: 40}", ""};
-  for (const char* formulation : {"node-face", "mortar"}) {
-    for (const std::string& kind : kinds) {
-      SceneFolder folder;
-      folder.add("a.exo", test::block_mesh({{20, 3, 3}, {1, 0.2, 0.2}}));
-      folder.add("b.exo", test::block_mesh({{20, 4, 4}, {1, 0.2, 0.2}}));
-      const Ran ran = folder.run(
-          "materials: {m: {youngs_modulus: 100, poissons_ratio: 0.2, density: 1}}\ncomponents:\n  "
-          "a: {mesh: a.exo, material: m, " +
-          kinds[0] + "}\n  b: {mesh: b.exo, material: m" + (kind.empty() ? "" : ", " + kind) +
-          "}\ninstances:\n  a: {component: a, velocity: [1, 0, 0]}\n  b: {component: b, position: "
-          "[1.05, 0, 0]}\n"
-          "contact: [{between: [a.x_max, b.x_min], friction: 0.2, formulation: " +
-          formulation +
-          "}]\ntime: {end: 0.5}\noutput: {every: 0.02, history: [a.x_max, b.x_min]}\n");
-      const std::string name = std::string(formulation) + " " + kind;
-      EXPECT_LT(test::energy_residual(ran.result), 1e-9) << name;
-      EXPECT_LT(worst_residual(ran), 1e-6) << name;
-      double drift = 0;
-      for (std::size_t i = 0; i < ran.result.time.size(); ++i)
-        drift = std::max(drift, (test::at(ran.body("a").momentum, i) +
-                                 test::at(ran.body("b").momentum, i) - Vector3(0.04, 0, 0))
-                                    .norm());
-      EXPECT_LT(drift, 1e-13) << name;
-      const double left = test::at(ran.body("a").momentum, ran.result.time.size() - 1)[0] / 0.04;
-      const double energy = ran.result.total.back() / ran.result.total.front();
-      std::printf("speed of the striker afterwards %.4f, energy %.4f, residual %.1e: %s\n", left,
-                  energy, worst_residual(ran), name.c_str());
-      EXPECT_NEAR(left, 0, 0.08) << name;
-      EXPECT_LT(energy, 1.01) << name;
-    }
-  }
-}
-
 // Few shapes under 49 nodes with friction. It slides over all of the face: what a block loses along
 // the wall is mu times what it gets from it; and nothing happens across its plane of symmetry.
 TEST(CharacteristicContact, SlidesAsCoulombSays) {
   for (const double along : {2.0, 0.05}) {
-    Bar p;
+    PressedBar p;
     // Modes of a basis keep the symmetry to their residual alone
     p.reduction =
         "basis: characteristic, characteristic: {modes: 10}, modes: 20, exact_modes: true";
@@ -167,55 +72,39 @@ TEST(CharacteristicContact, SlidesAsCoulombSays) {
       EXPECT_LE(std::abs(change[1]), 0.3 * change[0]) << along;
     }
     EXPECT_LT(std::abs(change[2]), 1e-9 * change[0]) << along;
-    EXPECT_LT(worst_residual(ran), 1e-9) << along;
+    EXPECT_LT(test::worst_residual(ran), 1e-9) << along;
     EXPECT_LT(test::energy_residual(ran.result), 1e-9) << along;
     EXPECT_LE(ran.result.total.back(), ran.result.total.front() * (1 + 1e-9));
   }
 }
 
-// Held nodes take a coordinate each: kept ones have it.
-TEST(CharacteristicContact, HeldNodesStayWhenTheyAreKept) {
-  Bar p;
-  p.reduction = "basis: characteristic, characteristic: {modes: 4, keep: [x_min]}, modes: 20";
-  p.contact = "between: [b.x_max, ceiling]";
-  p.walls = "ceiling: {plane: {point: [1.005, 0, 0], normal: [-1, 0, 0]}}";
-  p.more = "boundary: [{instance: b, nodes: x_min, fix: [x, y, z]}]\n";
-  p.loads =
-      "{instance: b, surface: x_max, traction: [20, 0, 0], history: {time: [0, 2], value: [0, 1]}}";
-  p.end = 3;
-  const Ran ran = run(p);
-  const std::size_t last = ran.result.time.size() - 1;
-  EXPECT_LT(test::at(ran.monitor("b.x_min").mean_position, last).cwiseAbs()[0], 1e-13);
-  EXPECT_NEAR(test::at(ran.monitor("b.x_max").mean_position, last)[0], 1.005, 1e-12);
-  // 20 of traction, of which E 0.005 / L = 5 strains the bar
-  EXPECT_NEAR(test::at(ran.monitor("b.x_max").force, last)[0], -15 * 0.0625, 0.02 * 15 * 0.0625);
-  EXPECT_LT(test::energy_residual(ran.result), 1e-10);
-}
-
 TEST(CharacteristicContact, RefusesWhatItCannotDo) {
-  const auto expect = [](const Bar& p, const std::string& part) {
+  const auto expect = [](const PressedBar& p, const std::string& part) {
     const std::string message = test::refusal_of([&] { run(p); });
     EXPECT_SAYS(message, part, "characteristic");
   };
-  Bar p;
+  const PressedBar few{.reduction =
+                           "basis: characteristic, characteristic: {modes: 0, statics: "
+                           "[x_min, x_max]}, modes: 20"};
+  PressedBar p = few;
   p.contact += ", enforcement: nodal";
   expect(p, "enforcement: nodal");
-  p = {};
+  p = few;
   p.reduction += ", domains: 2";
   expect(p, "domains above 1");
-  p = {};
+  p = few;
   p.reduction = "characteristic: {modes: 3}, modes: 20";
   expect(p, "requires basis: characteristic");
-  p = {};
+  p = few;
   p.reduction = "basis: characteristic, characteristic: {statics: [y_min]}, modes: 20";
   expect(p, "characteristic.statics: the interface keeps no sideset 'y_min'");
-  p = {};
+  p = few;
   p.more =
       "boundary: [{instance: b, nodes: x_min, fix: [x]}, {instance: b, nodes: x_max, fix: [x]}]\n";
   expect(p,
          "every node of the interface is kept by what the scene holds, ties or makes rigid (x_max, "
          "x_min)");
-  p = {};
+  p = few;
   p.more =
       "skin: {surfaces: [x_max], youngs_modulus: 10, poissons_ratio: 0.3, density: 1, thickness: "
       "0.01}\n";

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Basis massless, from reduction to run: the bouncing bar of Doyen, Ern, Piperno 2011 (see
-// bouncing_bar_test.cpp), bars that strike, a block that is pressed and one that slides.
+// bouncing_bar_test.cpp), its order in the step, joints, a block that slides.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
+#include "tests/support/pressed_bar.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::massless_test {
 namespace {
 
+using test::PressedBar;
 using test::Ran;
 using test::SceneFolder;
 using test::text;
@@ -89,70 +91,17 @@ Bounce bounce(const std::string& basis, Index axial, double h, const std::string
 
 const std::string free_modes = "basis: massless",
                   tapered_modes = "basis: massless, massless_modes: tapered";
-
-// A bar along x from the origin with both ends kept, of the elements that `n` says.
-struct Press {
-  std::string basis = free_modes, integrator = "exact", step = "auto", more,
-              contact = "between: [b.x_min, floor]", instance, walls, loads;
-  double end = 1, every = 0.01;
-  Index modes = 20;
-  std::array<Index, 3> n{16, 2, 2};
-  Vector3 size{1, 0.25, 0.25};
-  double nu = 0;
-};
-
-std::string yaml(const Press& p) {
-  return "materials: {m: {youngs_modulus: 1000, poissons_ratio: " + text(p.nu) +
-         ", density: 1}}\ncomponents: {bar: {mesh: bar.exo, material: m, reduction: {" + p.basis +
-         ", interface: [x_min, x_max], modes: " + std::to_string(p.modes) +
-         "}}}\ninstances: {b: {component: bar" + p.instance + "}}\nwalls: {" +
-         (p.walls.empty() ? "floor: {plane: {point: [0, 0, 0], normal: [1, 0, 0]}}" : p.walls) +
-         "}\nloads: [" + p.loads + "]\ncontact: [{" + p.contact + "}]\ntime: {end: " + text(p.end) +
-         ", step: " + p.step + ", integrator: " + p.integrator +
-         "}\noutput: {every: " + text(p.every) + ", history: [b.x_min, b.x_max]}\n" + p.more;
-}
-
-Ran run(const Press& p) {
-  SceneFolder folder;
-  folder.add("bar.exo", test::block_mesh({p.n, p.size}));
-  return folder.run(yaml(p));
-}
-
-// A pressure that grows over many periods and stays.
-std::string ramp(double traction, double time) {
-  return "{instance: b, surface: x_max, traction: [" + text(-traction) +
-         ", 0, 0], history: {time: [0, " + text(time) + "], value: [0, 1]}}";
-}
-
-TEST(MasslessContact, APressedBarHasTheForceAndTheCompressionOfStatics) {
-  for (const char* integrator : {"exact", "central-difference"}) {
-    Press p;
-    p.integrator = integrator;
-    p.loads = ramp(10, 2);
-    p.end = 3;
-    const Ran ran = run(p);
-    const std::size_t last = ran.result.time.size() - 1;
-    // sigma L / E = 0.01, less the swinging that the corner of the ramp leaves: c / L is 32 / s
-    EXPECT_NEAR(test::at(ran.monitor("b.x_max").mean_position, last)[0], 1 - 0.01, 1e-4)
-        << integrator;
-    EXPECT_NEAR(test::at(ran.monitor("b.x_min").force, last)[0], 10 * 0.0625, 0.02 * 10 * 0.0625)
-        << integrator;
-    EXPECT_LT(std::abs(test::at(ran.monitor("b.x_min").mean_position, last)[0]), 1e-14);
-    EXPECT_LT(std::abs(test::at(ran.monitor("b.x_min").mean_velocity, last)[0]), 1e-12);
-    EXPECT_LT(test::energy_residual(ran.result), 1e-10);
-    EXPECT_LT(std::abs(ran.result.work_contact.back()), 1e-3 * ran.result.work_external.back());
-  }
-}
+const PressedBar bar{.reduction = free_modes + ", modes: 20", .n = {16, 2, 2}};
 
 // While it stays closed contact is a spring, and both schemes are of second order.
 TEST(MasslessContact, IsOfSecondOrderInTheStep) {
   for (const char* integrator : {"exact", "central-difference"}) {
-    Press p;
+    PressedBar p = bar;
     p.integrator = integrator;
     p.end = 0.5;
     p.every = 0.05;
-    p.modes = 12;
-    p.loads = ramp(10, 0.2);
+    p.reduction = free_modes + ", modes: 12";
+    p.loads = test::ramp(10, 0.2);
     std::vector<double> h, error;
     std::vector<Ran> runs;
     for (const double step : {2.5e-5, 4e-4, 8e-4, 1.6e-3}) {
@@ -170,50 +119,6 @@ TEST(MasslessContact, IsOfSecondOrderInTheStep) {
     std::printf("%-18s closed contact: errors %.1e %.1e %.1e, order %.2f\n", integrator, error[0],
                 error[1], error[2], order);
     EXPECT_GT(order, 1.7);
-  }
-}
-
-// Bars that strike each other, of every pair of kinds: momentum is kept at every output, the speeds
-// swap.
-TEST(MasslessContact, MeetsEveryKindOfBody) {
-  const std::vector<std::string> kinds = {
-      "reduction: {basis: massless, interface: [x_min, x_max], modes: 60}",
-      "reduction: {interface: [x_min, x_max], modes: 60}", ""};
-  for (const char* integrator : {"exact", "central-difference"}) {
-    for (std::size_t b = 0; b < kinds.size(); ++b) {
-      SceneFolder folder;
-      folder.add("a.exo", test::block_mesh({{20, 1, 1}, {1, 0.2, 0.2}}));
-      folder.add("b.exo", test::block_mesh({{20, 2, 2}, {1, 0.2, 0.2}}));
-      const auto component = [&](const char* name, const std::string& kind) {
-        return std::string("  ") + name + ": {mesh: " + name + ".exo, material: m" +
-               (kind.empty() ? "" : ", " + kind) + "}\n";
-      };
-      const Ran ran = folder.run(
-          "materials: {m: {youngs_modulus: 100, poissons_ratio: 0, density: 1}}\ncomponents:\n" +
-          component("a", kinds[0]) + component("b", kinds[b]) +
-          "instances:\n  a: {component: a, velocity: [1, 0, 0]}\n  b: {component: b, position: "
-          "[1.05, 0, 0]}\n"
-          "contact: [{between: [a.x_max, b.x_min]}]\ntime: {end: 0.5, integrator: " +
-          integrator + "}\noutput: {every: 0.01, history: [a.x_max, b.x_min]}\n");
-      const std::string name = std::string(integrator) + " " + std::to_string(b);
-      EXPECT_LT(test::energy_residual(ran.result), 1e-10) << name;
-      double drift = 0;
-      for (std::size_t i = 0; i < ran.result.time.size(); ++i)
-        drift = std::max(drift, (test::at(ran.body("a").momentum, i) +
-                                 test::at(ran.body("b").momentum, i) - Vector3(0.04, 0, 0))
-                                    .norm());
-      EXPECT_LT(drift, 1e-13) << name;
-      const std::size_t last = ran.result.time.size() - 1;
-      const double left = test::at(ran.body("a").momentum, last)[0] / 0.04,
-                   right = test::at(ran.body("b").momentum, last)[0] / 0.04;
-      const double energy = ran.result.total.back() / ran.result.total.front();
-      std::printf("%-22s speeds after the impact %.4f %.4f, energy %.4f\n", name.c_str(), left,
-                  right, energy);
-      // Beside another kind its modes have mass at the interface, and the impact loses their waves
-      EXPECT_NEAR(left, 0, b == 0 ? 0.06 : 0.07) << name;
-      EXPECT_NEAR(right, 1, b == 0 ? 0.06 : 0.07) << name;
-      EXPECT_LT(energy, b == 0 ? 1.01 : 1) << name;
-    }
   }
 }
 
@@ -267,11 +172,11 @@ TEST(MasslessContact, JointsWithOtherKindsKeepTheEnergy) {
 TEST(MasslessContact, SlidesAndSticks) {
   for (const char* integrator : {"exact", "central-difference"}) {
     for (const double mu : {0.2, 0.6}) {
-      Press p;
+      PressedBar p = bar;
       p.integrator = integrator;
       p.size = {0.25, 1, 0.5};
       p.n = {4, 4, 3};
-      p.modes = 30;
+      p.reduction = free_modes + ", modes: 30";
       p.contact = "between: [b.x_min, floor], friction: " + text(mu);
       const double lean = 0.4, g = 10;
       p.loads = "{gravity: " + text(Vector3(-g * std::cos(lean), g * std::sin(lean), 0)) +
@@ -302,97 +207,38 @@ TEST(MasslessContact, SlidesAndSticks) {
   }
 }
 
-// Held at one end, as a bar of its own: the static compression, and the support's reaction is no
-// contact.
-TEST(MasslessContact, HeldNodesStayAndCarry) {
-  Press p;
-  p.contact = "between: [b.x_max, ceiling]";
-  p.walls = "ceiling: {plane: {point: [1.005, 0, 0], normal: [-1, 0, 0]}}";
-  p.more = "boundary: [{instance: b, nodes: x_min, fix: [x, y, z]}]\n";
-  p.loads =
-      "{instance: b, surface: x_max, traction: [20, 0, 0], history: {time: [0, 2], value: [0, 1]}}";
-  p.end = 3;
-  const Ran ran = run(p);
-  const std::size_t last = ran.result.time.size() - 1;
-  EXPECT_LT(test::at(ran.monitor("b.x_min").mean_position, last).cwiseAbs()[0], 1e-13);
-  EXPECT_NEAR(test::at(ran.monitor("b.x_max").mean_position, last)[0], 1.005, 1e-13);
-  // 20 of traction, of which E 0.005 / L = 5 strains the bar
-  EXPECT_NEAR(test::at(ran.monitor("b.x_max").force, last)[0], -15 * 0.0625, 0.02 * 15 * 0.0625);
-  EXPECT_LT(test::energy_residual(ran.result), 1e-10);
-}
-
-// Turned, mirrored, in other units: the same to round-off, as long as round-off has no impacts to
-// grow on.
-TEST(MasslessContact, DoesNotDependOnAxesAndUnits) {
-  const auto fall = [](const Vector3& rotation, double metre, double kilogram) {
-    SceneFolder folder;
-    folder.add("block.exo", test::block_mesh({{4, 3, 2}, metre * Vector3(1, 0.7, 0.5)}));
-    // Rotations by multiples of 90 degrees about z are exact; others turn the gravity and the floor
-    // too
-    const Matrix3 T = [&] {
-      Instance turned;
-      turned.rotation_degrees = rotation;
-      return turned.transformation();
-    }();
-    const Ran ran = folder.run(
-        "materials: {m: {youngs_modulus: " + text(1000 * kilogram / metre) +
-        ", poissons_ratio: 0.3, density: " + text(kilogram / (metre * metre * metre)) +
-        "}}\ncomponents: {c: {mesh: block.exo, material: m, reduction: {basis: massless, "
-        "interface: [z_min], modes: 25}}}\n"
-        "instances: {b: {component: c, rotation: " +
-        text(rotation) + ", position: " + text(Vector3(T * Vector3(0, 0, 0.01 * metre))) +
-        ", velocity: " + text(Vector3(T * Vector3(0.3, 0, -1) * metre)) +
-        "}}\nwalls: {floor: {plane: {point: [0, 0, 0], normal: " + text(Vector3(T.col(2))) +
-        "}}}\ncontact: [{between: [b.z_min, floor], friction: 0.3}]\ntime: {end: 0.1, step: "
-        "1.0e-4}\n"
-        "output: {every: 0.01, history: [b.z_min]}\n");
-    EXPECT_LT(ran.result.work_friction.back(), 0);
-    std::vector<Vector3> positions;
-    for (std::size_t i = 0; i < ran.result.time.size(); ++i)
-      positions.push_back(T.transpose() * test::at(ran.monitor("b.z_min").mean_position, i) /
-                          metre);
-    return positions;
-  };
-  const auto plain = fall(Vector3::Zero(), 1, 1), turned = fall({10, -35, 70}, 1, 1),
-             units = fall(Vector3::Zero(), 1e3, 1e-3);
-  for (std::size_t i = 0; i < plain.size(); ++i) {
-    EXPECT_LT((turned[i] - plain[i]).norm(), 1e-9) << i;
-    EXPECT_LT((units[i] - plain[i]).norm(), 1e-9) << i;
-  }
-}
-
-std::string message_of(const Press& p) {
+std::string message_of(const PressedBar& p) {
   return test::refusal_of([&] { run(p); });
 }
 
 TEST(MasslessContact, RefusesWhatItCannotDo) {
-  const auto expect = [](const Press& p, const std::string& part) {
+  const auto expect = [](const PressedBar& p, const std::string& part) {
     EXPECT_SAYS(message_of(p), part, "massless");
   };
-  Press p;
+  PressedBar p = bar;
   p.integrator = "newmark";
   expect(p, "take exact or central-difference");
-  p = {};
+  p = bar;
   p.contact += ", enforcement: penalty";
   expect(p, "take enforcement: impulse");
-  p = {};
-  p.basis += ", domains: 2";
+  p = bar;
+  p.reduction += ", domains: 2";
   expect(p, "domains above 1");
-  p = {};
-  p.basis += ", recovery: true";
+  p = bar;
+  p.reduction += ", recovery: true";
   expect(p, "recovery");
-  p = {};
-  p.basis += ", pick: participation";
+  p = bar;
+  p.reduction += ", pick: participation";
   expect(p, "pick: frequency");
-  p = {};
-  p.basis = "massless_modes: tapered";
+  p = bar;
+  p.reduction = "massless_modes: tapered, modes: 20";
   EXPECT_SAYS(message_of(p), "requires basis: massless");
-  p = {};
+  p = bar;
   p.more =
       "skin: {surfaces: [x_max], youngs_modulus: 10, poissons_ratio: 0.3, density: 1, thickness: "
       "0.01}\n";
   expect(p, "skin");
-  p = {};
+  p = bar;
   p.step = "1";
   EXPECT_SAYS(message_of(p), "above the critical step");
 }
