@@ -5,13 +5,12 @@
 
 #include <cmath>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/base/error.hpp"
-#include "common/files/state_archive.hpp"
 #include "tests/support/refusal.hpp"
+#include "tests/support/restarted_run.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::driven_test {
@@ -378,21 +377,7 @@ TEST_F(SupportsThatMove, RestartsGoOnBitForBit) {
   for (Way way : all_ways()) {
     way.step = way.integrator == "newmark" ? "0.002" : "auto";
     way.end = 5;
-    std::optional<std::vector<Index>> saved;
-    RunOptions watching;
-    watching.is_checkpoint = [&](Index, double t) { return !saved && t > 2.6; };
-    watching.on_checkpoint = [&](Index, double, const StateArchive& state) {
-      saved = state.words();
-    };
-    const Ran whole = folder.run(press(way), watching);
-    ASSERT_TRUE(saved.has_value());
-    StateArchive from(*saved, "the state");
-    RunOptions going_on;
-    going_on.restart = &from;
-    const Ran again = folder.run(press(way), going_on);
-    EXPECT_EQ(whole.result.total, again.result.total) << way.as << way.integrator;
-    EXPECT_EQ(whole.result.work_external, again.result.work_external);
-    EXPECT_EQ(whole.body("platen").reaction.values, again.body("platen").reaction.values);
+    test::expect_same_bits(test::restarted(folder, press(way), 2.6), way.as + way.integrator);
   }
 }
 

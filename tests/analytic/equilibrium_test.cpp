@@ -4,14 +4,13 @@
 // restarts, refusals.
 #include <gtest/gtest.h>
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/base/error.hpp"
-#include "common/files/state_archive.hpp"
 #include "dynamics/output/summary/summary.hpp"
 #include "tests/support/refusal.hpp"
+#include "tests/support/restarted_run.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::equilibrium_test {
@@ -547,21 +546,7 @@ TEST_P(Statics, RestartsGoOnBitForBit) {
       "y, z]}\n";
   bars.loads = "  - {instance: a, surface: x_max, force: [0.04, 0.01, 0]}\n";
   bars.contact = "  - {between: [a.x_max, b.x_min], pretension: {force: 0.1}}\n";
-  std::optional<std::vector<Index>> saved;
-  RunOptions watching;
-  watching.is_checkpoint = [&](Index step, double) { return step == 1; };
-  watching.on_checkpoint = [&](Index, double, const StateArchive& state) { saved = state.words(); };
-  const Ran whole = folder.run(yaml(bars), watching);
-  ASSERT_TRUE(saved.has_value());
-  StateArchive from(*saved, "the state");
-  RunOptions going_on;
-  going_on.restart = &from;
-  const Ran again = folder.run(yaml(bars), going_on);
-  EXPECT_EQ(whole.result.total, again.result.total);
-  EXPECT_EQ(whole.result.work_external, again.result.work_external);
-  EXPECT_EQ(whole.result.pairs[0]["force"].values, again.result.pairs[0]["force"].values);
-  EXPECT_EQ(whole.monitor("a.x_max").mean_position.values,
-            again.monitor("a.x_max").mean_position.values);
+  test::expect_same_bits(test::restarted(folder, yaml(bars), 0));
 }
 
 // A bar is pressed against a wall by a force, and stays as it is when time begins.

@@ -6,15 +6,14 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/base/error.hpp"
-#include "common/files/state_archive.hpp"
 #include "dynamics/setup/modal/harmonic.hpp"
 #include "dynamics/setup/modal/scene_modes.hpp"
 #include "tests/support/refusal.hpp"
+#include "tests/support/restarted_run.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::joints_test {
@@ -481,24 +480,7 @@ TEST_P(Joints, RestartsGoOnBitForBit) {
       "0.02]}\n";
   for (const std::string& integrator : integrators()) {
     scene.time = "end: 0.5, " + integrator;
-    std::optional<std::vector<Index>> saved;
-    RunOptions watching;
-    watching.is_checkpoint = [&](Index, double t) { return !saved && t > 0.22; };
-    watching.on_checkpoint = [&](Index, double, const StateArchive& state) {
-      saved = state.words();
-    };
-    const Ran whole = folder.run(yaml(scene), watching);
-    ASSERT_TRUE(saved.has_value());
-    StateArchive from(*saved, "the state");
-    RunOptions going_on;
-    going_on.restart = &from;
-    const Ran again = folder.run(yaml(scene), going_on);
-    EXPECT_EQ(whole.result.total, again.result.total) << integrator;
-    EXPECT_EQ(whole.result.work_damping, again.result.work_damping) << integrator;
-    EXPECT_EQ(whole.result.work_external, again.result.work_external) << integrator;
-    EXPECT_EQ(whole.monitor("a.tip").mean_position.values,
-              again.monitor("a.tip").mean_position.values)
-        << integrator;
+    test::expect_same_bits(test::restarted(folder, yaml(scene), 0.22), integrator);
   }
 }
 

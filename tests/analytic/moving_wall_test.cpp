@@ -4,13 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/base/error.hpp"
-#include "common/files/state_archive.hpp"
 #include "tests/support/refusal.hpp"
+#include "tests/support/restarted_run.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::moving_wall_test {
@@ -175,22 +174,7 @@ TEST_F(MovingWall, RestartsGoOnBitForBit) {
     const std::string text =
         scene(way, plane + ", velocity: [0.4, 0.1, 0], history: {time: [0, 0.2], value: [1, 0.5]}",
               "[0, 0, 0]");
-    std::optional<std::vector<Index>> saved;
-    RunOptions watching;
-    watching.is_checkpoint = [&](Index, double t) { return !saved && t > 0.08; };
-    watching.on_checkpoint = [&](Index, double, const StateArchive& state) {
-      saved = state.words();
-    };
-    const Ran whole = folder.run(text, watching);
-    ASSERT_TRUE(saved.has_value());
-    StateArchive from(*saved, "the state");
-    RunOptions going_on;
-    going_on.restart = &from;
-    const Ran again = folder.run(text, going_on);
-    EXPECT_EQ(whole.result.total, again.result.total) << way.kind << way.time;
-    EXPECT_EQ(whole.result.work_external, again.result.work_external) << way.kind << way.time;
-    EXPECT_EQ(whole.result.pairs[0]["force"].values, again.result.pairs[0]["force"].values)
-        << way.kind << way.time;
+    test::expect_same_bits(test::restarted(folder, text, 0.08), way.kind + way.time);
   }
 }
 

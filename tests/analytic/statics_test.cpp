@@ -7,10 +7,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "common/files/state_archive.hpp"
 #include "common/superelement/superelement.hpp"
 #include "tests/support/pressed_bar.hpp"
 #include "tests/support/refusal.hpp"
+#include "tests/support/restarted_run.hpp"
 #include "tests/support/scene_run.hpp"
 
 namespace cbr::statics_test {
@@ -68,25 +68,9 @@ TEST(Statics, GoOnFromACheckpointBitForBit) {
   p.end = 0.4;
   SceneFolder folder;
   folder.add("bar.exo", test::block_mesh({p.n, p.size}));
-  std::vector<Index> words;
-  RunOptions keep;
-  Index steps = 0;
-  keep.is_checkpoint = [&](Index, double t) { return steps == 0 && t > 0.2; };
-  keep.on_checkpoint = [&](Index step, double, const StateArchive& of) {
-    steps = step;
-    words = of.words();
-  };
-  const Ran whole = folder.run(yaml(p), keep);
-  ASSERT_GT(steps, 0);
-  ASSERT_GT(test::at(whole.monitor("b.x_min").force, last(whole))[0], 0);
-  StateArchive restart(words, "checkpoint");
-  RunOptions from;
-  from.restart = &restart;
-  const Ran rest = folder.run(yaml(p), from);
-  EXPECT_EQ(rest.monitor("b.x_min").mean_position.values,
-            whole.monitor("b.x_min").mean_position.values);
-  EXPECT_EQ(rest.monitor("b.x_min").force.values, whole.monitor("b.x_min").force.values);
-  EXPECT_EQ(rest.result.total, whole.result.total);
+  const test::RestartedRun runs = test::restarted(folder, yaml(p), 0.2);
+  ASSERT_GT(test::at(runs.whole.monitor("b.x_min").force, last(runs.whole))[0], 0);
+  test::expect_same_bits(runs);
 }
 
 struct Slid {

@@ -195,16 +195,12 @@ TEST(TurningLoads, ALoadInsideTurnsTheBody) {
 
 TEST(TurningLoads, ARestartGoesOnBitForBit) {
   FolderWithBar folder;
-  const auto [whole, rest] = test::restarted(
+  test::expect_same_bits(test::restarted(
       folder,
       scene("end: 0.5, step: 0.001", "angular_velocity: [1, 2, 5]",
             "{instance: b, surface: x_min, follow: true, force: [0.01, 0, 0], history: {time: "
             "[0, 0.3], value: [0, 1]}}, {instance: b, surface: x_max, force: [0, 0.01, 0.02]}"),
-      0.22);
-  EXPECT_EQ(whole.body("b").orientation, rest.body("b").orientation);
-  EXPECT_EQ(whole.result.total, rest.result.total);
-  EXPECT_EQ(whole.monitor("b.x_max").mean_position.values,
-            rest.monitor("b.x_max").mean_position.values);
+      0.22));
 }
 
 }  // namespace

@@ -365,10 +365,7 @@ TEST_F(UnevenSupports, RestartsGoOnBitForBit) {
       Way way{.as = as, .time = time, .mesh = "many.exo"};
       way.boundary = held("x_min") +
                      held("x_max", ", rotation: [3, 0, 1], history: {time: [0, 1], value: [0, 1]}");
-      const auto [whole, rest] = test::restarted(folder, scene(way), 0.45);
-      EXPECT_EQ(whole.result.total, rest.result.total) << as << time;
-      EXPECT_EQ(reaction(whole, "x_max").moment.values, reaction(rest, "x_max").moment.values);
-      EXPECT_EQ(reaction(whole, "x_min").force.values, reaction(rest, "x_min").force.values);
+      test::expect_same_bits(test::restarted(folder, scene(way), 0.45), std::string(as) + time);
     }
 }
 
