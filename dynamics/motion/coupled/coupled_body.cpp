@@ -146,27 +146,13 @@ void CoupledBody::own_expect_forces(Index set, const Points& forces) {
   lasting_.resize(0);
   if (scheme() == Scheme::newmark) return;
   if (forces.rows() == 0) return;
-  lasting_.setZero(u_.size());
-  for (Index i = 0; i < forces.rows(); ++i)
-    lasting_.segment<3>(system_->n_modal() + 3 * sets_[set][i]) +=
-        placement_.T.transpose() * forces.row(i).transpose();
-  system_->drop_held(lasting_);
+  spread(sets_[set], forces, lasting_);
 }
 
 void CoupledBody::own_take_impulses(Index set, const Impulses& of) {
-  const Points& impulses = of.all;
-  const auto& nodes = sets_[set];
+  if (of.all.isZero(0)) return;
   Vector& dp = work_vector_;
-  dp.setZero();
-  bool any = false;
-  for (Index i = 0; i < impulses.rows(); ++i) {
-    if (impulses.row(i).isZero(0)) continue;
-    any = true;
-    const Vector3 p = placement_.T.transpose() * impulses.row(i).transpose();
-    dp.segment<3>(system_->n_modal() + 3 * nodes[i]) += p;
-  }
-  if (!any) return;
-  system_->drop_held(dp);
+  spread(sets_[set], of.all, dp);
   kick_.add(dp);
   system_->factor(theta(h_)).solve(dp);
   dp /= mass_factor(h_);
@@ -183,21 +169,14 @@ Vector3 CoupledBody::own_add_velocities(Index set, const Points& velocities,
                                         const Vector3& momentum) {
   assert(scheme() == Scheme::central_difference && !is_damped());
   const auto& nodes = sets_[set];
-  const Index n_modal = system_->n_modal();
   const auto MR = system_->rigid_momentum().leftCols(3);
   // Momentum of the velocities, and of a uniform velocity of the set's nodes: T MR_i^T P_i T^T of
   // each node   (3 x 3)
-  Vector dv = Vector::Zero(system_->n()), uniform = dv;
-  for (Index i = 0; i < velocities.rows(); ++i)
-    dv.segment<3>(n_modal + 3 * nodes[i]) =
-        placement_.T.transpose() * velocities.row(i).transpose();
-  system_->drop_held(dv);
-  Matrix all = Matrix::Zero(system_->n(), 3);
+  Vector dv, uniform;
+  spread(nodes, velocities, dv);
+  Matrix all(system_->n(), 3);
   for (int a = 0; a < 3; ++a) {
-    uniform.setZero();
-    for (const Index node : nodes)
-      uniform.segment<3>(n_modal + 3 * node) = placement_.T.row(a).transpose();
-    system_->drop_held(uniform);
+    spread(nodes, Points::Identity(3, 3).row(a).replicate(velocities.rows(), 1), uniform);
     all.col(a) = uniform;
   }
   const Matrix3 mass = placement_.T * (MR.transpose() * all);
@@ -263,13 +242,8 @@ void CoupledBody::own_end_velocities(Index set, Points& v) {
 
 // Precondition: end_velocities() has been asked for in this step.
 void CoupledBody::own_add_end_impulses(Index set, const Points& impulses) {
-  const auto& nodes = sets_[set];
   Vector& dp = work_vector_;
-  dp.setZero();
-  for (Index i = 0; i < impulses.rows(); ++i)
-    dp.segment<3>(system_->n_modal() + 3 * nodes[i]) +=
-        placement_.T.transpose() * impulses.row(i).transpose();
-  system_->drop_held(dp);
+  spread(sets_[set], impulses, dp);
   newmark_.feel_end(dp);
   p_end_ += dp;
   Vector& dv = room_;
@@ -303,6 +277,14 @@ void CoupledBody::gather(const Vector& u, const std::vector<Index>& nodes, Point
   x.resize(static_cast<Index>(nodes.size()), 3);
   for (Index i = 0; i < x.rows(); ++i)
     x.row(i) = own_nodes().row(nodes[i]) + (placement_.T * displacement(u, nodes[i])).transpose();
+}
+
+void CoupledBody::spread(const std::vector<Index>& nodes, const Points& forces, Vector& f) const {
+  f.setZero(system_->n());
+  for (Index i = 0; i < forces.rows(); ++i)
+    f.segment<3>(system_->n_modal() + 3 * nodes[i]) +=
+        placement_.T.transpose() * forces.row(i).transpose();
+  system_->drop_held(f);
 }
 
 void CoupledBody::own_positions(Index set, Points& x) const { gather(u_, sets_[set], x); }

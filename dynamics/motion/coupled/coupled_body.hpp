@@ -88,6 +88,8 @@ class CoupledBody final : public Body {
     return u.segment<3>(system_->n_modal() + 3 * node);
   }
   void gather(const Vector& u, const std::vector<Index>& nodes, Points& x) const;
+  // f: forces on nodes (n x 3, scene axes) as forces on the coordinates, held directions dropped.
+  void spread(const std::vector<Index>& nodes, const Points& forces, Vector& f) const;
   // weight G M^-1 G^T
   NodeResponse mass_response(const std::vector<Index>& nodes, double weight) const;
   void add_loads(const std::vector<BodyLoad>& loads);

@@ -241,13 +241,8 @@ NodeResponse CoupledBody::own_static_response(Index set) const {
 }
 
 void CoupledBody::own_add_static_forces(Index set, const Points& forces) {
-  const auto& nodes = sets_[set];
   Vector& f = work_vector_;
-  f.setZero();
-  for (Index i = 0; i < forces.rows(); ++i)
-    f.segment<3>(system_->n_modal() + 3 * nodes[i]) +=
-        placement_.T.transpose() * forces.row(i).transpose();
-  system_->drop_held(f);
+  spread(sets_[set], forces, f);
   statics_.add(f);
   system_->statics().solve(f);
   u_end_ += f;
