@@ -203,8 +203,7 @@ std::vector<Index> BodyPoints::track(const std::vector<Index>& nodes) {
     const auto& of = points_[point].nodes;
     own.insert(own.end(), of.begin(), of.end());
   }
-  std::sort(own.begin(), own.end());
-  own.erase(std::unique(own.begin(), own.end()), own.end());
+  sort_uniquely(own);
   set.nodes = nodes;
   set.n_nodes = static_cast<Index>(nodes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) {

@@ -321,8 +321,7 @@ std::vector<Index> Equilibrium::columns_of(const std::vector<Index>& pairs) cons
     for (const Bolt& bolt : bolts_)
       if (bolt.pair == p) add(bolt.body);
   }
-  std::sort(columns.begin(), columns.end());
-  columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+  sort_uniquely(columns);
   return columns;
 }
 

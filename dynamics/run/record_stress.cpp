@@ -2,7 +2,6 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -14,8 +13,7 @@ namespace {
 
 // The `n` elements with the largest von Mises stress; of equal ones the first.
 void add_worst(const Matrix& elements, Index n, RunResult::OfScan& of) {
-  std::vector<Index> order(static_cast<std::size_t>(elements.rows()));
-  std::iota(order.begin(), order.end(), Index{0});
+  std::vector<Index> order = first_numbers(elements.rows());
   const auto is_worse = [&](Index a, Index b) {
     const double s = elements(a, von_mises_column), t = elements(b, von_mises_column);
     return s != t ? s > t : a < b;

@@ -2,7 +2,6 @@
 #include "tests/stability/dense_oracle.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 #include "common/linalg/dense.hpp"
 #include "reducer/bases/reduce.hpp"
@@ -103,8 +102,7 @@ DenseReduction dense_reduction(const DenseModel& model, const std::vector<Index>
   }
   for (Index i = 0; i < c; ++i) T(interface[static_cast<std::size_t>(i)], n_I + i) = 1;
   const Matrix K = T.transpose() * model.K * T, M = T.transpose() * model.M * T;
-  std::vector<Index> order(static_cast<std::size_t>(n_I));
-  std::iota(order.begin(), order.end(), Index{0});
+  std::vector<Index> order = first_numbers(n_I);
   DenseReduction reduced;
   reduced.gap = 1;
   if (pick == "participation" && k < n_I) {

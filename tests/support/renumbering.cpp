@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/support/renumbering.hpp"
 
-#include <numeric>
-
 namespace cbr::test {
 
 std::vector<Index> random_order(Index n, std::mt19937& random) {
-  std::vector<Index> order(static_cast<std::size_t>(n));
-  std::iota(order.begin(), order.end(), Index{0});
+  std::vector<Index> order = first_numbers(n);
   std::shuffle(order.begin(), order.end(), random);
   return order;
 }

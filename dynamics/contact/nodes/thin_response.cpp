@@ -49,8 +49,7 @@ Vector StaticCompliance::Level::at_places(const std::vector<RowWeight>& x) const
       if (pushed[it.row()] == 0) places.push_back(it.row());
       pushed[it.row()] += of.weight * it.value();
     }
-  std::sort(places.begin(), places.end());
-  places.erase(std::unique(places.begin(), places.end()), places.end());
+  sort_uniquely(places);
   for (const Index a : places)
     for (SparseMatrix::InnerIterator it(*S, a); it; ++it) moved[it.row()] += pushed[a] * it.value();
   return moved;

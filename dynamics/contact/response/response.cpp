@@ -78,8 +78,7 @@ std::vector<BodyRows> rows_of_bodies(const ContactList& list, const std::vector<
       if (meet.empty() || meet.back() != of_term) meet.push_back(of_term);
     }
   }
-  std::sort(meet.begin(), meet.end());
-  meet.erase(std::unique(meet.begin(), meet.end()), meet.end());
+  sort_uniquely(meet);
   const std::vector<Index> first = first_rows(laws);
   std::vector<BodyRows> parts;
   std::vector<Index> points;
@@ -188,8 +187,7 @@ SparseMatrix sparse_block(const BodyRows& part) {
     const RowMajorSparse GS = part.G * part.response->diagonal.asDiagonal();
     return GS * part.G.transpose();
   }
-  std::vector<Index> at(part.rows.size());
-  std::iota(at.begin(), at.end(), Index{0});
+  std::vector<Index> at = first_numbers(part.rows.size());
   Matrix block = Matrix::Zero(r, r);
   add_block(part, at, block);
   mirror_lower(block);

@@ -53,8 +53,7 @@ std::shared_ptr<const ContactSurface> ridge_of(const ContactSurface& surface) {
   for (const SurfaceEdge& edge : surface.edges)
     if (edge.sharp) ridge->nodes.insert(ridge->nodes.end(), {edge.a, edge.b});
   std::erase_if(ridge->nodes, [&](Index node) { return !has_node(surface, node); });
-  std::sort(ridge->nodes.begin(), ridge->nodes.end());
-  ridge->nodes.erase(std::unique(ridge->nodes.begin(), ridge->nodes.end()), ridge->nodes.end());
+  sort_uniquely(ridge->nodes);
   const auto n = static_cast<Index>(ridge->nodes.size());
   ridge->size = surface.size;
   ridge->areas.resize(n);

@@ -29,8 +29,7 @@ SparseMatrix rows_of(const SparseMatrix& Z, const std::vector<Index>& dof,
   columns.clear();
   for (const Index row : dof)
     for (SparseMatrix::InnerIterator it(Zt, row); it; ++it) columns.push_back(it.row());
-  std::sort(columns.begin(), columns.end());
-  columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+  sort_uniquely(columns);
   for (std::size_t i = 0; i < dof.size(); ++i) {
     for (SparseMatrix::InnerIterator it(Zt, dof[i]); it; ++it) {
       const auto column =

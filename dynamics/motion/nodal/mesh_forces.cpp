@@ -56,13 +56,9 @@ SparseMatrix rest_stiffness(const FiniteElementModel& model, Mesh mesh,
 // Nodes by their place along the longest side of what holds them all: neighbours get numbers that
 // are a cross-section apart.
 std::vector<Index> along_longest_side(const Points& X) {
-  std::vector<Index> order(X.rows());
-  std::iota(order.begin(), order.end(), Index{0});
   Index axis = 0;
   (X.colwise().maxCoeff() - X.colwise().minCoeff()).maxCoeff(&axis);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](Index a, Index b) { return X(a, axis) < X(b, axis); });
-  return order;
+  return order_by(X.rows(), [&](Index a, Index b) { return X(a, axis) < X(b, axis); });
 }
 
 // On one core: rates that a core of a server of the 2020s reaches, about half of its best.
@@ -70,8 +66,7 @@ double seconds(double bytes, double operations) { return bytes / 15e9 + operatio
 
 }  // namespace
 
-MeshForces::MeshForces(const SparseMatrix& K) : n_(K.rows() / 3), order_(n_) {
-  std::iota(order_.begin(), order_.end(), Index{0});
+MeshForces::MeshForces(const SparseMatrix& K) : n_(K.rows() / 3), order_(first_numbers(n_)) {
   K_ = symmetric_block_matrix(K, order_);
 }
 

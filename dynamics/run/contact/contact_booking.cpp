@@ -357,8 +357,7 @@ Box box_of_nodes(const ContactSurface& surface, const Points& x, double margin) 
 void look_at_depths(Simulation& sim, const ContactOutcome& outcome) {
   std::vector<Index> pairs = outcome.met;
   pairs.insert(pairs.end(), outcome.searched.begin(), outcome.searched.end());
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  sort_uniquely(pairs);
   std::map<Index, ContactBody> bodies;
   for (const Index p : pairs) {
     ContactPair& pair = sim.pairs[p];

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 
 #include "dynamics/contact/search/mortar.hpp"
 #include "dynamics/contact/search/standing_search.hpp"
@@ -131,8 +130,7 @@ ContactGroup collect(Simulation& sim, const std::vector<Index>& pairs, bool init
   }
   for (const ContactTerm& term : group.list.terms)
     if (group.bodies.empty() || group.bodies.back() != term.body) group.bodies.push_back(term.body);
-  std::sort(group.bodies.begin(), group.bodies.end());
-  group.bodies.erase(std::unique(group.bodies.begin(), group.bodies.end()), group.bodies.end());
+  sort_uniquely(group.bodies);
   return group;
 }
 
@@ -160,8 +158,7 @@ std::vector<FunctionsOfSearch> functions_of(const Simulation& sim, const Contact
 
 std::vector<std::vector<Index>> islands(const Simulation& sim, const std::vector<Index>& due,
                                         Enforcement enforcement) {
-  std::vector<Index> root(sim.contact_nodes.size());
-  std::iota(root.begin(), root.end(), Index{0});
+  std::vector<Index> root = first_numbers(sim.contact_nodes.size());
   const auto find = [&](Index b) {
     for (; root[b] != b; b = root[b]) root[b] = root[root[b]];  // path compression
     return b;

@@ -204,8 +204,7 @@ std::vector<Index> InstanceElements::nodes_of_set(const std::string& name) const
     if (found == sets.end()) continue;
     for (const Index local : found->second) nodes.push_back(node_of_part(p, local));
   }
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  sort_uniquely(nodes);
   return nodes;
 }
 

@@ -133,8 +133,7 @@ void join_faces(const IndexTable& faces, IndexTable& all) {
 
 std::vector<Index> nodes_of(const IndexTable& faces) {
   std::vector<Index> nodes(faces.data(), faces.data() + faces.size());
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  sort_uniquely(nodes);
   return nodes;
 }
 

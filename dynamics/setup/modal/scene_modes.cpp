@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <numbers>
-#include <numeric>
 #include <utility>
 
 #include "dynamics/setup/components/superelement_alone.hpp"
@@ -16,8 +15,7 @@ constexpr Index fewest_modes = 7;
 
 // Groups of bodies joined by ties, ordered by their first.
 std::vector<std::vector<Index>> groups_of(const ModalScene& scene) {
-  std::vector<Index> first(scene.bodies.size());
-  std::iota(first.begin(), first.end(), Index{0});
+  std::vector<Index> first = first_numbers(scene.bodies.size());
   const auto root = [&](Index b) {
     while (first[b] != b) b = first[b];
     return b;
@@ -43,10 +41,8 @@ std::vector<std::vector<Index>> groups_of(const ModalScene& scene) {
 // Of a body that nothing joins: its own.
 AssembledModes modes_of_one(const BodyModes& body, Index count) {
   const Vector lambda = body.omega().cwiseAbs2();
-  std::vector<Index> order(static_cast<std::size_t>(lambda.size()));
-  std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](Index a, Index b) { return lambda[a] < lambda[b]; });
+  std::vector<Index> order =
+      order_by(lambda.size(), [&](Index a, Index b) { return lambda[a] < lambda[b]; });
   order.resize(static_cast<std::size_t>(std::min(count, static_cast<Index>(lambda.size()))));
   Matrix shapes = Matrix::Zero(lambda.size(), static_cast<Index>(order.size()));
   for (std::size_t j = 0; j < order.size(); ++j) shapes(order[j], static_cast<Index>(j)) = 1;

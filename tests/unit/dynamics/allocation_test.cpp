@@ -8,7 +8,6 @@
 #include <atomic>
 #include <cstdlib>
 #include <new>
-#include <numeric>
 #include <random>
 
 #include "dynamics/motion/modal/modal_body.hpp"
@@ -66,8 +65,7 @@ struct Steps {
 
   Steps(Scheme scheme, bool loaded)
       : body("body", block().superelement, block().form, placed(0.7), scheme) {
-    std::vector<Index> nodes(static_cast<std::size_t>(body.n_nodes()));
-    std::iota(nodes.begin(), nodes.end(), Index{0});
+    std::vector<Index> nodes = first_numbers(body.n_nodes());
     whole = body.track(nodes);
     some = body.track({11, 0, 5, 3});  // in no order: a copy of their rows
     std::mt19937 random(1);
@@ -114,8 +112,7 @@ TEST(Allocation, NoneInAStepThatStands) {
 
 TEST(SharedRows, InstancesOfAFormShareResponsesAndRows) {
   const test::Model& model = block();
-  std::vector<Index> nodes(model.superelement->node_ids.size());
-  std::iota(nodes.begin(), nodes.end(), Index{0});
+  std::vector<Index> nodes = first_numbers(model.superelement->node_ids.size());
   for (const Scheme scheme : {Scheme::exact, Scheme::central_difference, Scheme::newmark}) {
     ModalBody a("a", model.superelement, model.form, placed(0.3), scheme);
     ModalBody b("b", model.superelement, model.form, placed(1.9), scheme);

@@ -8,7 +8,6 @@
 #include <Eigen/Geometry>
 
 #include <cmath>
-#include <numeric>
 #include <random>
 
 #include "tests/unit/dynamics/bricks.hpp"
@@ -44,8 +43,7 @@ double booked(const Body& body) {
 }
 
 std::vector<Index> all_nodes(const Body& body) {
-  std::vector<Index> nodes(body.n_nodes());
-  std::iota(nodes.begin(), nodes.end(), Index{0});
+  std::vector<Index> nodes = first_numbers(body.n_nodes());
   return nodes;
 }
 

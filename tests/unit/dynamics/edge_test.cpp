@@ -139,8 +139,7 @@ Mesh l_shape() {
   block.element_ids.resize(kept.size());
   std::vector<Index> used(block.connectivity.data(),
                           block.connectivity.data() + block.connectivity.size());
-  std::sort(used.begin(), used.end());
-  used.erase(std::unique(used.begin(), used.end()), used.end());
+  sort_uniquely(used);
   for (Index i = 0; i < block.connectivity.size(); ++i) {
     Index& node = block.connectivity.data()[i];
     node = std::lower_bound(used.begin(), used.end(), node) - used.begin();

@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include <numeric>
 #include <random>
 
 #include "tests/unit/dynamics/bricks.hpp"
@@ -111,8 +110,7 @@ TEST(MeshForces, HalfOfTheMatrixServesAnyNumbering) {
   Mesh mesh = test::brick({9, 5, 4}, Vector3(1, 0.7, 0.9));
   std::mt19937 random(4);
   mesh.coordinates += random_points(random, mesh.coordinates.rows(), 0.01);
-  std::vector<Index> place(mesh.coordinates.rows());
-  std::iota(place.begin(), place.end(), Index{0});
+  std::vector<Index> place = first_numbers(mesh.coordinates.rows());
   std::shuffle(place.begin(), place.end(), random);
   const Points X = mesh.coordinates;
   for (std::size_t i = 0; i < place.size(); ++i)

@@ -7,7 +7,6 @@
 #include <Eigen/Geometry>
 
 #include <cmath>
-#include <numeric>
 #include <random>
 
 #include "tests/unit/dynamics/lattice.hpp"
@@ -24,8 +23,7 @@ using test::random_points;
 double energy(const Body& body) { return body.state().kinetic_energy + body.state().strain_energy; }
 
 std::vector<Index> all_nodes(const Body& body) {
-  std::vector<Index> nodes(body.n_nodes());
-  std::iota(nodes.begin(), nodes.end(), Index{0});
+  std::vector<Index> nodes = first_numbers(body.n_nodes());
   return nodes;
 }
 

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <random>
 #include <vector>
 
@@ -77,8 +76,7 @@ TEST(Mortar, NumberingDoesNotMatter) {
       grid->body.start.row(p[i]) = start.row(static_cast<Index>(i));
       grid->body.end.row(p[i]) = end.row(static_cast<Index>(i));
     }
-    std::vector<Index> order(grid->surface.faces.rows());
-    std::iota(order.begin(), order.end(), Index{0});
+    std::vector<Index> order = first_numbers(grid->surface.faces.rows());
     std::shuffle(order.begin(), order.end(), random);
     IndexTable faces = grid->surface.faces(order, Eigen::all);
     for (Index f = 0; f < faces.rows(); ++f) {

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
-#include <numeric>
 #include <random>
 #include <utility>
 
@@ -124,8 +123,7 @@ TEST(Newmark, MomentumIsThatOfTheImpulses) {
   std::mt19937 random(1);
   for (const double alpha : alphas) {
     ModalBody body = make_body(12, Scheme::newmark, alpha, test::oblique(true));
-    std::vector<Index> nodes(body.n_nodes());
-    std::iota(nodes.begin(), nodes.end(), Index{0});
+    std::vector<Index> nodes = first_numbers(body.n_nodes());
     const Index set = body.track(nodes);
     const double h = 20 / body.largest_frequency();
     const Vector3 center = body.state().center_of_mass;
@@ -228,8 +226,7 @@ TEST(Newmark, EachModeKeepsItsEnergyInManySteps) {
     ModalBody body("body", s, form, Placement{}, Scheme::newmark, NewmarkOptions{});
     const double h = share / body.largest_frequency();
     std::mt19937 random(8);
-    std::vector<Index> nodes(static_cast<std::size_t>(body.n_nodes()));
-    std::iota(nodes.begin(), nodes.end(), Index{0});
+    std::vector<Index> nodes = first_numbers(body.n_nodes());
     const Index set = body.track(nodes);
     const auto energies = [&] {
       const auto [q, rate] = coordinates(body);

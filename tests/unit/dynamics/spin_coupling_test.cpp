@@ -14,7 +14,6 @@
 #include <cstdio>
 #include <functional>
 #include <memory>
-#include <numeric>
 #include <vector>
 
 #include "common/app/report.hpp"
@@ -181,8 +180,7 @@ OfMasses of_masses(const Spinning& of, const Points& masses) {
 // A block that tumbles about no axis of its own, and has been struck.
 Spinning tumbling(Superelement s, double w, const Matrix3& axes) {
   Spinning of = spinning(std::move(s), w * Vector3(1, -0.6, 0.8), axes);
-  std::vector<Index> nodes(static_cast<std::size_t>(of.body->n_nodes()));
-  std::iota(nodes.begin(), nodes.end(), Index{0});
+  std::vector<Index> nodes = first_numbers(of.body->n_nodes());
   of.body->track(nodes);
   Points impulses(of.body->n_nodes(), 3);
   for (Index i = 0; i < impulses.size(); ++i)

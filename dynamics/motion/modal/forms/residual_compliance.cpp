@@ -115,9 +115,8 @@ std::shared_ptr<const ModalForm> held_massless(const Superelement& s, const Moda
 
 StaticRows static_rows(const std::vector<Index>& node, const Points& direction, StaticCompliance F,
                        Index n) {
-  std::vector<Index> order(node.size());
-  std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return node[a] < node[b]; });
+  const std::vector<Index> order =
+      order_by(node.size(), [&](Index a, Index b) { return node[a] < node[b]; });
   StaticRows rows;
   rows.first.assign(static_cast<std::size_t>(n) + 1, 0);
   rows.direction = direction(order, Eigen::all);

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <numeric>
 #include <set>
 
 #include "common/linalg/blas_threads.hpp"
@@ -142,8 +141,7 @@ TEST_P(Assembly, NumbersOfNodesAndElementsDoNotMatter) {
   const Mesh mesh = distorted_box(GetParam().type);
   Mesh other = mesh;
   const Index n = mesh.coordinates.rows(), n_e = mesh.blocks[0].connectivity.rows();
-  std::vector<Index> place(static_cast<std::size_t>(n));
-  std::iota(place.begin(), place.end(), Index{0});
+  std::vector<Index> place = first_numbers(n);
   Random random(11);
   for (Index i = n - 1; i > 0; --i)
     std::swap(place[static_cast<std::size_t>(i)],
