@@ -42,8 +42,7 @@ Bar bar(Index elements, MassKind mass) {
 // Unit displacement of the interface along x (c).
 Vector along_x(const Superelement& s) {
   Vector r = Vector::Zero(s.c());
-  for (Index i = 0; i < s.c(); ++i)
-    r(i) = s.dof_component[static_cast<std::size_t>(i)] == 0 ? 1 : 0;
+  for (Index i = 0; i < s.c(); ++i) r(i) = s.dof_component[i] == 0 ? 1 : 0;
   return r;
 }
 

@@ -114,7 +114,7 @@ TEST(CharacteristicContact, RefusesWhatItCannotDo) {
 // A block whose top has a patch of 3 x 3 elements in its middle.
 Mesh block_with_patch(Index n) {
   Mesh mesh = test::block_mesh({{n, n, 3}, {1, 1, 0.3}});
-  Sideset patch = mesh.sidesets[static_cast<std::size_t>(find_sideset(mesh, "z_max"))];
+  Sideset patch = mesh.sidesets[find_sideset(mesh, "z_max")];
   patch.name = "patch";
   patch.id = 99;
   std::erase_if(patch.sides, [&](const auto& side) {

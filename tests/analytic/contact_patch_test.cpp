@@ -91,8 +91,7 @@ Patch solve(Half& lower, Half& upper, bool slave_is_upper, Detect search) {
   PairMemory memory;
   ContactList list;
   search(slave.surface, slave.body, master.surface, master.body, false, {}, memory, list);
-  const Index n0 = static_cast<Index>(lower.dofs.size()),
-              n1 = static_cast<Index>(upper.dofs.size()),
+  const Index n0 = lower.dofs.size(), n1 = static_cast<Index>(upper.dofs.size()),
               m = static_cast<Index>(list.points.size());
   Matrix A = Matrix::Zero(n0 + n1 + m, n0 + n1 + m);
   Vector b = Vector::Zero(A.rows()), exact(n0 + n1);

@@ -19,7 +19,7 @@ using Place = std::array<Index, 3>;
 
 Place place_of(const Vector3& x) {
   Place place;
-  for (int i = 0; i < 3; ++i) place[static_cast<std::size_t>(i)] = std::llround(1e6 * x[i]);
+  for (int i = 0; i < 3; ++i) place[i] = std::llround(1e6 * x[i]);
   return place;
 }
 
@@ -70,8 +70,7 @@ Fields run(const Case& c) {
     const IndexTable cells = file.read_index_table("/grids/" + grid + "/cells");
     Matrix stress(cells.rows(), 7);
     for (Index i = 0; i < 7; ++i)
-      stress.col(i) =
-          file.read_matrix(step + datasets_of("stress")[static_cast<std::size_t>(i)]).col(0);
+      stress.col(i) = file.read_matrix(step + datasets_of("stress")[i]).col(0);
     for (Index i = 0; i < x.rows(); ++i) {
       Vector motion(6);
       motion << u.row(i).transpose(), v.row(i).transpose();

@@ -44,14 +44,13 @@ class Dense {
     const std::vector<Index> dofs =
         free_dofs(mesh_, model_, [](const Vector3& x, int) { return x[0] < 1e-9; });
     const Matrix K = submatrix(model_.K, dofs), M = submatrix(model_.M, dofs);
-    const auto n = static_cast<Index>(dofs.size());
+    const Index n = dofs.size();
     Vector f = Vector::Zero(n);
-    const Surface end = extract_surface(
-        mesh_, mesh_.sidesets[static_cast<std::size_t>(find_sideset(mesh_, "x_max"))]);
+    const Surface end = extract_surface(mesh_, mesh_.sidesets[find_sideset(mesh_, "x_max")]);
     const Vector weight = face_weights(end, mesh_.coordinates);
     const std::vector<Index> nodes = surface_nodes(end);
     for (Index i = 0; i < n; ++i) {
-      const Index dof = dofs[static_cast<std::size_t>(i)];
+      const Index dof = dofs[i];
       f[i] = weight[dof / 3] / weight.sum() * force[dof % 3] - M.row(i).sum() * base[dof % 3];
     }
     // Real and imaginary parts
@@ -62,7 +61,7 @@ class Dense {
     const Vector u = Lu(std::move(A)).solve(b);
     Eigen::Vector3cd mean = -base.cast<Complex>() / (w * w);
     for (Index i = 0; i < n; ++i) {
-      const Index dof = dofs[static_cast<std::size_t>(i)];
+      const Index dof = dofs[i];
       if (std::find(nodes.begin(), nodes.end(), dof / 3) != nodes.end())
         mean[dof % 3] += Complex(u[i], u[n + i]) / static_cast<double>(nodes.size());
     }

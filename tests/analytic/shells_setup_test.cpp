@@ -28,7 +28,7 @@ TEST_F(Shells, HingesOnSolidsAreTold) {
   mesh.coordinates.conservativeResize(n + 3, 3);
   Block fin{"fin", 9, ElementType::quad4, IndexTable(2, 4), {91, 92}};
   for (Index i = 0; i < 3; ++i) {
-    mesh.coordinates.row(n + i) = mesh.coordinates.row(line[static_cast<std::size_t>(i)]);
+    mesh.coordinates.row(n + i) = mesh.coordinates.row(line[i]);
     mesh.coordinates(n + i, 2) += 0.5;
     mesh.node_ids.push_back(1000 + i);
   }
@@ -67,7 +67,7 @@ TEST_F(Shells, FacesAndEdgesAreSets) {
   ASSERT_GE(find_nodeset(read, "rim"), 0);
   EXPECT_EQ(set_nodes(read, "rim"), (std::vector<Index>{0, 1, 2}));
   const auto sides = [&](const std::string& name) {
-    return read.sidesets[static_cast<std::size_t>(find_sideset(read, name))].sides;
+    return read.sidesets[find_sideset(read, name)].sides;
   };
   EXPECT_EQ(sides("plate"), (std::vector<Side>{{0, 0, 1}, {0, 1, 1}}));
   EXPECT_EQ(sides("plate.back"), (std::vector<Side>{{0, 0, 2}, {0, 1, 2}}));

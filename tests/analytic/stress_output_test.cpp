@@ -39,7 +39,7 @@ Mesh part() {
   std::vector<Index> rows[2];
   for (Index e = 0; e < whole.connectivity.rows(); ++e)
     rows[mesh.coordinates(whole.connectivity(e, 0), 0) > 0.3].push_back(e);
-  std::vector<Side> places(static_cast<std::size_t>(whole.connectivity.rows()));
+  std::vector<Side> places(whole.connectivity.rows());
   for (std::size_t b = 0; b < 2; ++b) {
     Block& block = b == 0 ? stiff : soft;
     block.name = b == 0 ? "stiff" : "soft";
@@ -47,14 +47,13 @@ Mesh part() {
     block.connectivity = IndexTable(whole.connectivity(rows[b], Eigen::all));
     block.element_ids.clear();
     for (std::size_t e = 0; e < rows[b].size(); ++e) {
-      block.element_ids.push_back(whole.element_ids[static_cast<std::size_t>(rows[b][e])]);
-      places[static_cast<std::size_t>(rows[b][e])] = {static_cast<Index>(b), static_cast<Index>(e),
-                                                      1};
+      block.element_ids.push_back(whole.element_ids[rows[b][e]]);
+      places[rows[b][e]] = {static_cast<Index>(b), static_cast<Index>(e), 1};
     }
   }
   for (Sideset& set : mesh.sidesets)
     for (Side& side : set.sides) {
-      const Side& place = places[static_cast<std::size_t>(side.element)];
+      const Side& place = places[side.element];
       side = {place.block, place.element, side.side};
     }
   mesh.blocks = {stiff, soft};
@@ -188,7 +187,7 @@ TEST_F(StressOutput, IsThatOfTheFields) {
     options.turns = turns;
     const Ran ran = run(options);
     const Hdf5Reader results = this->results(), fields = this->fields();
-    const auto n = static_cast<Index>(ran.result.time.size());
+    const Index n = ran.result.time.size();
     // By block id and node id, or element id, at each output
     std::map<std::array<Index, 3>, double> at_nodes;
     std::vector<std::map<Index, double>> of_elements(static_cast<std::size_t>(n));
@@ -205,7 +204,7 @@ TEST_F(StressOutput, IsThatOfTheFields) {
         for (std::size_t i = 0; i < ids.size(); ++i)
           at_nodes[{block->second, ids[i], t}] = nodal(static_cast<Index>(i), 0);
         for (std::size_t e = 0; e < elements.size(); ++e)
-          of_elements[static_cast<std::size_t>(t)][elements[e]] = cell(static_cast<Index>(e), 0);
+          of_elements[t][elements[e]] = cell(static_cast<Index>(e), 0);
       }
     }
     const std::vector<Index> nodes = results.read_indices("/stress/a.middle/node_id"),
@@ -224,16 +223,15 @@ TEST_F(StressOutput, IsThatOfTheFields) {
     std::map<Index, double> largest;
     for (Index t = 0; t < n; ++t) {
       std::vector<double> sorted;
-      for (const auto& [id, value] : of_elements[static_cast<std::size_t>(t)]) {
+      for (const auto& [id, value] : of_elements[t]) {
         sorted.push_back(value);
         largest[id] = std::max(largest[id], value);
       }
       std::sort(sorted.rbegin(), sorted.rend());
-      EXPECT_NEAR(of_seven(t, 0), of_elements[static_cast<std::size_t>(t)].at(7), 1e-10);
+      EXPECT_NEAR(of_seven(t, 0), of_elements[t].at(7), 1e-10);
       for (Index k = 0; k < 3; ++k) {
-        EXPECT_NEAR(of_worst(t, k), sorted[static_cast<std::size_t>(k)], 1e-10);
-        EXPECT_NEAR(of_elements[static_cast<std::size_t>(t)].at(worst(t, k)), of_worst(t, k),
-                    1e-10);
+        EXPECT_NEAR(of_worst(t, k), sorted[k], 1e-10);
+        EXPECT_NEAR(of_elements[t].at(worst(t, k)), of_worst(t, k), 1e-10);
       }
     }
     const std::vector<Index> ids = results.read_indices("/stress/a/envelope/elements/element_id");

@@ -231,10 +231,10 @@ TEST_P(Plate, SquareTubeInTorsion) {
     for (Index& node : mesh.faces.reshaped())
       if (node % (round + 1) == round) node -= round;  // the seam
     const ShellModel shells = assemble_shells(mesh.faces, mesh.X, {{E, nu, 1}, t});
-    const Index m = static_cast<Index>(shells.nodes.size());
+    const Index m = shells.nodes.size();
     Prescribed fixed;
     for (Index i = 0; i < m; ++i) {
-      const Vector3 x = mesh.X.row(shells.nodes[static_cast<std::size_t>(i)]).transpose();
+      const Vector3 x = mesh.X.row(shells.nodes[i]).transpose();
       if (at(x(0), 0) || at(x(0), L)) {
         const double angle = at(x(0), L) ? twist : 0;
         fixed[shell_dof(m, i, 1)] = -angle * x(2);

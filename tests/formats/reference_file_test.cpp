@@ -64,7 +64,7 @@ TEST_P(ReferenceFile, facesLookOutwards) {
       return Vector3(s.coordinates.row(contact->faces(i, j)).transpose());
     };
     area += 0.5 * (corner(2) - corner(0)).cross(corner(3) - corner(1));
-    EXPECT_EQ(contact->side[static_cast<std::size_t>(i)], 2);
+    EXPECT_EQ(contact->side[i], 2);
   }
   EXPECT_LT((area - Vector3(2, 0, 0)).norm(), 1e-12);
 }

@@ -118,7 +118,7 @@ SuperelementGroup sample_group() {
     s.V.resize(0, 0);
     s.node_ids = ids[d];
     for (Index i = 0; i < 4; ++i) {
-      const Index id = ids[d][static_cast<std::size_t>(i)];
+      const Index id = ids[d][i];
       s.coordinates.row(i) << static_cast<double>(id / 10), static_cast<double>(id % 10), 0.25;
     }
     s.rigid_body.mass = 1.0 + static_cast<double>(d);

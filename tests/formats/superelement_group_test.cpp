@@ -215,7 +215,7 @@ TEST(Join, isTheSumOfTheDomains) {
       Vector y(s.n());
       y.head(4) = x.segment(4 * static_cast<Index>(d), 4);
       for (Index i = 0; i < s.c(); ++i) {
-        const Index id = s.node_ids[static_cast<std::size_t>(i / 3)];
+        const Index id = s.node_ids[i / 3];
         const auto at =
             std::find(whole.node_ids.begin(), whole.node_ids.end(), id) - whole.node_ids.begin();
         y(4 + i) = x(12 + 3 * at + i % 3);
@@ -237,7 +237,7 @@ TEST(Join, keepsTheFacesAndNodesOfAllDomains) {
   EXPECT_EQ(whole.surfaces[1].n_faces(), 4);
   const auto ids = [&](const auto& nodes) {
     std::vector<Index> found;
-    for (const Index node : nodes) found.push_back(whole.node_ids[static_cast<std::size_t>(node)]);
+    for (const Index node : nodes) found.push_back(whole.node_ids[node]);
     return found;
   };
   EXPECT_EQ(ids(whole.surfaces[0].faces.row(2)), (std::vector<Index>{2, 1, 11, 12}));

@@ -322,20 +322,19 @@ bool nearer_the_foot(const Meeting& a, const Meeting& b) {
 // after the other, the nearest first.
 void add_rising(const DenseSurface& master, const DensePath& path, const Node& node, double reach,
                 std::vector<Meeting>& holding) {
-  const std::vector<Index>& rising = master.rising[static_cast<std::size_t>(holding.front().face)];
+  const std::vector<Index>& rising = master.rising[holding.front().face];
   const auto fits = [&](const Meeting& m) {
     return std::all_of(holding.begin(), holding.end(), [&](const Meeting& other) {
       return other.face != m.face &&
-             (is_among(master.rising[static_cast<std::size_t>(other.face)], m.face) ||
-              holds_too(other, m));
+             (is_among(master.rising[other.face], m.face) || holds_too(other, m));
     });
   };
   // With `other` among those that hold, whatever it came through
   const auto beside = [&](Index face, Index other) -> std::optional<Meeting> {
-    const Corners end = corners(master.faces[static_cast<std::size_t>(other)], path.end);
+    const Corners end = corners(master.faces[other], path.end);
     Meeting m;
     m.face = other;
-    m.size = master.sizes[static_cast<std::size_t>(other)];
+    m.size = master.sizes[other];
     m.end_corners = end;
     m.end = foot_on(end, node.end);
     m.end_gap = m.end.distance;
@@ -352,7 +351,7 @@ void add_rising(const DenseSurface& master, const DensePath& path, const Node& n
     // Two walls in one step: each lets the node pass by the end of the other
     for (const Index face : found.empty() ? rising : std::vector<Index>())
       for (const Index other : rising)
-        if (is_among(master.rising[static_cast<std::size_t>(face)], other) && beside(other, face))
+        if (is_among(master.rising[face], other) && beside(other, face))
           if (const auto m = beside(face, other); m && fits(*m)) found.push_back(*m);
     if (found.empty()) return;
     holding.push_back(*std::min_element(found.begin(), found.end(), nearer_the_foot));
@@ -399,8 +398,7 @@ std::vector<DensePoint> dense_face_points(const DenseSurface& slave, const Dense
       initial);
   const auto normal_of = [&](Index face) {
     return face < 0 ? Vector3(Vector3::Zero())
-                    : mean_normal(
-                          corners(master.faces[static_cast<std::size_t>(face)], master_path.start));
+                    : mean_normal(corners(master.faces[face], master_path.start));
   };
   std::vector<DensePoint> points;
   for (std::size_t i = 0; i < slave.nodes.size(); ++i) {
@@ -418,8 +416,7 @@ std::vector<DensePoint> dense_face_points(const DenseSurface& slave, const Dense
     std::stable_sort(meetings.begin(), meetings.end(), comes_first);
     const double start_gap = meetings.front().start_gap;
     if (initial || (node.face < 0 && start_gap < 0)) memory.offset[i] = std::min(0.0, start_gap);
-    const std::vector<Index>& rising =
-        master.rising[static_cast<std::size_t>(meetings.front().face)];
+    const std::vector<Index>& rising = master.rising[meetings.front().face];
     blend(meetings, node, rising);
     std::vector<Meeting> holding{meetings.front()};
     add_rising(master, master_path, node, reach, holding);

@@ -18,19 +18,19 @@ using Vector2 = Eigen::Vector2d;
 Vector complementary(const Matrix& W, const Vector& g) {
   const Index n = g.size();
   const double tolerance = 1e-14 * g.cwiseAbs().maxCoeff();
-  std::vector<char> active(static_cast<std::size_t>(n), 0);
+  std::vector<char> active(n, 0);
   for (Index round = 0; round < 10000; ++round) {
     std::vector<Index> in;
     for (Index i = 0; i < n; ++i)
-      if (active[static_cast<std::size_t>(i)]) in.push_back(i);
+      if (active[i]) in.push_back(i);
     Vector p = Vector::Zero(n);
     if (!in.empty()) p(in) = -Ldlt(W(in, in)).solve(Vector(g(in)));
     const Vector gap = g + W * p;
     Index wrong = -1;
     for (Index i = 0; i < n && wrong < 0; ++i)
-      if (active[static_cast<std::size_t>(i)] ? p[i] < 0 : gap[i] < -tolerance) wrong = i;
+      if (active[i] ? p[i] < 0 : gap[i] < -tolerance) wrong = i;
     if (wrong < 0) return p;
-    active[static_cast<std::size_t>(wrong)] ^= 1;
+    active[wrong] ^= 1;
   }
   return {};
 }

@@ -20,10 +20,9 @@ Matrix chosen(const Matrix& A, const std::vector<Index>& rows, const std::vector
 DenseModel dense_model(const Mesh& mesh, const std::vector<BlockProperties>& properties,
                        MassKind mass) {
   DenseModel model;
-  std::vector<Index> place(static_cast<std::size_t>(mesh.coordinates.rows()), -1);
+  std::vector<Index> place(mesh.coordinates.rows(), -1);
   for (const Block& block : mesh.blocks)
-    for (Index i = 0; i < block.connectivity.size(); ++i)
-      place[static_cast<std::size_t>(block.connectivity.data()[i])] = 0;
+    for (Index i = 0; i < block.connectivity.size(); ++i) place[block.connectivity.data()[i]] = 0;
   for (std::size_t i = 0; i < place.size(); ++i)
     if (place[i] == 0) {
       place[i] = static_cast<Index>(model.nodes.size());
@@ -45,8 +44,7 @@ DenseModel dense_model(const Mesh& mesh, const std::vector<BlockProperties>& pro
               : element_mass(block.type, X, properties[b].material.density);
       for (Index i = 0; i < X.rows(); ++i)
         for (Index j = 0; j < X.rows(); ++j) {
-          const Index row = 3 * place[static_cast<std::size_t>(nodes[i])],
-                      column = 3 * place[static_cast<std::size_t>(nodes[j])];
+          const Index row = 3 * place[nodes[i]], column = 3 * place[nodes[j]];
           model.K.block<3, 3>(row, column) += K.block<3, 3>(3 * i, 3 * j);
           model.M.block<3, 3>(row, column) += M(i, j) * Matrix3::Identity();
         }
@@ -85,12 +83,12 @@ Matrix DenseReduction::M() const {
 
 DenseReduction dense_reduction(const DenseModel& model, const std::vector<Index>& interface,
                                Index k, const std::string& pick) {
-  std::vector<char> kept(static_cast<std::size_t>(model.K.rows()), 0);
-  for (const Index dof : interface) kept[static_cast<std::size_t>(dof)] = 1;
+  std::vector<char> kept(model.K.rows(), 0);
+  for (const Index dof : interface) kept[dof] = 1;
   std::vector<Index> interior;
   for (Index i = 0; i < model.K.rows(); ++i)
-    if (!kept[static_cast<std::size_t>(i)]) interior.push_back(i);
-  const Index n_I = static_cast<Index>(interior.size()), c = static_cast<Index>(interface.size());
+    if (!kept[i]) interior.push_back(i);
+  const Index n_I = interior.size(), c = static_cast<Index>(interface.size());
   const DenseModes modes =
       dense_modes(chosen(model.K, interior, interior), chosen(model.M, interior, interior));
   // T = [Phi Psi; 0 I] over all fixed-interface modes, then those that are kept
@@ -100,7 +98,7 @@ DenseReduction dense_reduction(const DenseModel& model, const std::vector<Index>
     T(interior, Eigen::seqN(n_I, c)) = -Ldlt(chosen(model.K, interior, interior))
                                             .solve(Dense(chosen(model.K, interior, interface)));
   }
-  for (Index i = 0; i < c; ++i) T(interface[static_cast<std::size_t>(i)], n_I + i) = 1;
+  for (Index i = 0; i < c; ++i) T(interface[i], n_I + i) = 1;
   const Matrix K = T.transpose() * model.K * T, M = T.transpose() * model.M * T;
   std::vector<Index> order = first_numbers(n_I);
   DenseReduction reduced;
@@ -120,7 +118,7 @@ DenseReduction dense_reduction(const DenseModel& model, const std::vector<Index>
   } else if (k > 0 && k < n_I) {
     reduced.gap = (modes.lambda[k] - modes.lambda[k - 1]) / modes.lambda[k];
   }
-  order.resize(static_cast<std::size_t>(k));
+  order.resize(k);
   reduced.eigenvalues = modes.lambda(order);
   reduced.M_kc = Matrix(M.topRightCorner(n_I, c))(order, Eigen::all);
   reduced.K_cc = K.bottomRightCorner(c, c);

@@ -127,7 +127,7 @@ class Oracle {
     for (const RandomPair& pair : scene_.pairs)
       for (std::size_t i = 0; pair.second != "wall" && i < is_clear_.size(); ++i)
         is_clear_[i] = is_clear_.front() && is_clear_.back();
-    const auto n_outputs = static_cast<Index>(ran_.result.time.size());
+    const Index n_outputs = ran_.result.time.size();
     const test::DenseMotion motion =
         test::dense_motion(bodies_, pairs, plan.h, n_outputs, plan.steps_per_output);
     // What curved faces and turning normals leave: twice the worst of 300 seeds, 3.7e-3

@@ -83,7 +83,7 @@ class Run {
   };
 
   DensePath path(const DenseSurface& s) const {
-    const DenseStepper& body = steppers_[static_cast<std::size_t>(s.body)];
+    const DenseStepper& body = steppers_[s.body];
     return {body.start(), body.end()};
   }
 
@@ -115,7 +115,7 @@ class Run {
 
   // Rows of the points to displacements of a body's visible dofs.
   Matrix rows_of(const Group& group, Index body) const {
-    const Index n = 3 * steppers_[static_cast<std::size_t>(body)].end().rows();
+    const Index n = 3 * steppers_[body].end().rows();
     Matrix G = Matrix::Zero(n_rows(group), n);
     Index row = 0;
     for (std::size_t i = 0; i < group.points.size(); ++i) {
@@ -146,7 +146,7 @@ class Run {
   Vector3 slip(const DensePoint& point) const {
     Vector3 s = Vector3::Zero();
     for (const DensePoint::Term& term : point.terms) {
-      const DenseStepper& body = steppers_[static_cast<std::size_t>(term.body)];
+      const DenseStepper& body = steppers_[term.body];
       s += term.weight * (body.end().row(term.node) - body.start().row(term.node)).transpose();
     }
     return s;
@@ -258,7 +258,7 @@ class Run {
     double omega = 0;
     for (const DensePoint& point : group.points)
       for (const DensePoint::Term& term : point.terms)
-        omega = std::max(omega, steppers_[static_cast<std::size_t>(term.body)].largest_frequency());
+        omega = std::max(omega, steppers_[term.body].largest_frequency());
     const double x = omega * h_, root = -2 * zeta + std::sqrt(4 * zeta * zeta + 0.2 * (4 - x * x));
     const double lambda = symmetric_eigenvalues(response(group)).maxCoeff();
     const double k = root * root / (h_ * lambda);

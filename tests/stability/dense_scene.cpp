@@ -35,16 +35,16 @@ bool has(const std::string& options, const std::string& words) {
 
 std::vector<Index> free_coordinates(const RandomScene& scene, const Geometry& geometry,
                                     std::size_t i, const Matrix& B) {
-  std::vector<char> held(static_cast<std::size_t>(B.cols()), 0);
+  std::vector<char> held(B.cols(), 0);
   for (const std::string& name : scene.held) {
     if (before_dot(name) != scene.bodies[i].name) continue;
     for (const Index node : geometry.nodesets.at(after_dot(name)))
       for (Index j = 0; j < B.cols(); ++j)
-        if (!B.block(3 * node, j, 3, 1).isZero(0)) held[static_cast<std::size_t>(j)] = 1;
+        if (!B.block(3 * node, j, 3, 1).isZero(0)) held[j] = 1;
   }
   std::vector<Index> free;
   for (Index j = 0; j < B.cols(); ++j)
-    if (!held[static_cast<std::size_t>(j)]) free.push_back(j);
+    if (!held[j]) free.push_back(j);
   return free;
 }
 
@@ -166,7 +166,7 @@ DenseReduction dense_reduction(const RandomBody& body, const DenseModel& model,
                                const Superelement& s) {
   std::vector<Index> dofs;
   for (std::size_t i = 0; i < s.dof_node.size(); ++i) {
-    const Index id = s.node_ids[static_cast<std::size_t>(s.dof_node[i])];
+    const Index id = s.node_ids[s.dof_node[i]];
     const auto node = std::find(body.mesh.node_ids.begin(), body.mesh.node_ids.end(), id) -
                       body.mesh.node_ids.begin();
     const auto place =
@@ -193,12 +193,11 @@ DenseBody dense_body(const RandomScene& scene, const Ran& ran, std::size_t i,
 
 DenseBody dense_body(const RandomScene& scene, const Ran& ran, std::size_t i, const Superelement& s,
                      const DenseReduction& reduced) {
-  const Index n_nodes = static_cast<Index>(s.node_ids.size());
+  const Index n_nodes = s.node_ids.size();
   Matrix B = Matrix::Zero(3 * n_nodes, s.n()), rigid = Matrix::Zero(s.n(), 3);
   for (Index j = 0; j < s.c(); ++j) {
-    B(3 * s.dof_node[static_cast<std::size_t>(j)] + s.dof_component[static_cast<std::size_t>(j)],
-      s.k() + j) = 1;
-    rigid(s.k() + j, s.dof_component[static_cast<std::size_t>(j)]) = 1;
+    B(3 * s.dof_node[j] + s.dof_component[j], s.k() + j) = 1;
+    rigid(s.k() + j, s.dof_component[j]) = 1;
   }
   DenseBody body = placed(scene, ran, i, {reduced.K(), reduced.M(), B, rigid});
   body.scheme = scene.integrator == "exact"     ? DenseBody::Scheme::exact

@@ -124,7 +124,7 @@ class Nodes {
     if (is_new) points_.push_back(p);
     return it->second;
   }
-  const Point& at(Index node) const { return points_[static_cast<std::size_t>(node)]; }
+  const Point& at(Index node) const { return points_[node]; }
 
   Points coordinates() const {
     Points X(static_cast<Index>(points_.size()), 3);

@@ -191,9 +191,9 @@ std::string load_text(const RandomLoad& load, const Change& change) {
 }  // namespace
 
 Index interior_dofs(const RandomBody& body) {
-  std::vector<char> kept(static_cast<std::size_t>(body.mesh.coordinates.rows()), 0);
+  std::vector<char> kept(body.mesh.coordinates.rows(), 0);
   for (const auto& set : body.interface_sets)
-    for (const Index node : set_nodes(body.mesh, set)) kept[static_cast<std::size_t>(node)] = 1;
+    for (const Index node : set_nodes(body.mesh, set)) kept[node] = 1;
   return 3 * std::count(kept.begin(), kept.end(), 0);
 }
 

@@ -136,8 +136,7 @@ struct Builder {
     }
   }
   void build() {
-    std::vector<Index> below(static_cast<std::size_t>((m + 1) * (m + 1) * (n_k + 1)), -1),
-        above = below;
+    std::vector<Index> below((m + 1) * (m + 1) * (n_k + 1), -1), above = below;
     each_point([&](Index i, Index j, Index k) {
       below[key(i, j, k)] = add(lattice.near_core_node(lattice.point(i, j, k)), i, j, k);
     });
@@ -190,23 +189,21 @@ inline Mesh graded_ball(const BallOptions& options) {
   block.connectivity.resize(static_cast<Index>(ball.hexes.size()), 8);
   Sideset contact{"contact", 1, {}}, surface{"surface", 2, {}};
   for (Index e = 0; e < block.connectivity.rows(); ++e) {
-    auto hex = ball.hexes[static_cast<std::size_t>(e)];
+    auto hex = ball.hexes[e];
     Points X(8, 3);
-    for (int a = 0; a < 8; ++a) X.row(a) = mesh.coordinates.row(hex[static_cast<std::size_t>(a)]);
+    for (int a = 0; a < 8; ++a) X.row(a) = mesh.coordinates.row(hex[a]);
     const Vector3 u = (X.row(1) - X.row(0)).transpose(), v = (X.row(3) - X.row(0)).transpose(),
                   w = (X.row(4) - X.row(0)).transpose();
     if (u.cross(v).dot(w) < 0) std::swap_ranges(hex.begin(), hex.begin() + 4, hex.begin() + 4);
-    for (int a = 0; a < 8; ++a) block.connectivity(e, a) = hex[static_cast<std::size_t>(a)];
+    for (int a = 0; a < 8; ++a) block.connectivity(e, a) = hex[a];
     block.element_ids.push_back(e + 1);
     for (int side = 1; side <= 6; ++side) {
       const auto& nodes = side_nodes(ElementType::hex8, side);
-      if (!std::all_of(nodes.begin(), nodes.end(), [&](int a) {
-            return ball.outer[static_cast<std::size_t>(hex[std::size_t(a)])];
-          }))
+      if (!std::all_of(nodes.begin(), nodes.end(),
+                       [&](int a) { return ball.outer[hex[std::size_t(a)]]; }))
         continue;
       surface.sides.push_back({0, e, side});
-      if (ball.layer[static_cast<std::size_t>(e)] <= options.cap_shells)
-        contact.sides.push_back({0, e, side});
+      if (ball.layer[e] <= options.cap_shells) contact.sides.push_back({0, e, side});
     }
   }
   mesh.blocks.push_back(std::move(block));

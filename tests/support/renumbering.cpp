@@ -11,8 +11,7 @@ std::vector<Index> random_order(Index n, std::mt19937& random) {
 
 std::vector<Index> inverse(const std::vector<Index>& order) {
   std::vector<Index> result(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i)
-    result[static_cast<std::size_t>(order[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < order.size(); ++i) result[order[i]] = static_cast<Index>(i);
   return result;
 }
 

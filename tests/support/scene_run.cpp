@@ -26,7 +26,7 @@ constexpr Face faces[] = {{"x_min", 0, false, 4}, {"x_max", 0, true, 2},  {"y_mi
 template <class T>
 std::vector<T> permuted(const std::vector<T>& values, const std::vector<Index>& old_of_new) {
   std::vector<T> result;
-  for (const Index i : old_of_new) result.push_back(values[static_cast<std::size_t>(i)]);
+  for (const Index i : old_of_new) result.push_back(values[i]);
   return result;
 }
 
@@ -97,11 +97,11 @@ Mesh renumbered(const Mesh& mesh, unsigned seed) {
   const std::vector<Index> nodes = random_order(mesh.coordinates.rows(), random),
                            new_node = inverse(nodes);
   for (Index i = 0; i < mesh.coordinates.rows(); ++i) {
-    result.coordinates.row(i) = mesh.coordinates.row(nodes[static_cast<std::size_t>(i)]);
-    result.node_ids[static_cast<std::size_t>(i)] = 3 * i + 7;
+    result.coordinates.row(i) = mesh.coordinates.row(nodes[i]);
+    result.node_ids[i] = 3 * i + 7;
   }
   for (Nodeset& set : result.nodesets) {
-    for (Index& node : set.nodes) node = new_node[static_cast<std::size_t>(node)];
+    for (Index& node : set.nodes) node = new_node[node];
     std::sort(set.nodes.begin(), set.nodes.end());
   }
   Index next_id = 11;
@@ -111,15 +111,14 @@ Mesh renumbered(const Mesh& mesh, unsigned seed) {
                              new_element = inverse(elements);
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
       for (int a = 0; a < 8; ++a) {
-        const Index old = mesh.blocks[b].connectivity(elements[static_cast<std::size_t>(e)], a);
-        block.connectivity(e, a) = new_node[static_cast<std::size_t>(old)];
+        const Index old = mesh.blocks[b].connectivity(elements[e], a);
+        block.connectivity(e, a) = new_node[old];
       }
-      block.element_ids[static_cast<std::size_t>(e)] = next_id += 2;
+      block.element_ids[e] = next_id += 2;
     }
     for (Sideset& set : result.sidesets)
       for (Side& side : set.sides)
-        if (side.block == static_cast<Index>(b))
-          side.element = new_element[static_cast<std::size_t>(side.element)];
+        if (side.block == static_cast<Index>(b)) side.element = new_element[side.element];
     for (Index e = 0; e < block.connectivity.rows(); ++e)
       for (auto turns = random() % 4; turns > 0; --turns)
         turn(block, e, result.sidesets, static_cast<Index>(b));

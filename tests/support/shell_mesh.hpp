@@ -53,8 +53,7 @@ inline ShellMesh shell_grid(Faces kind, Index n_x, Index n_y,
     }
   mesh.faces.resize(static_cast<Index>(faces.size()), 4);
   for (std::size_t f = 0; f < faces.size(); ++f)
-    for (Index i = 0; i < 4; ++i)
-      mesh.faces(static_cast<Index>(f), i) = faces[f][static_cast<std::size_t>(i)];
+    for (Index i = 0; i < 4; ++i) mesh.faces(static_cast<Index>(f), i) = faces[f][i];
   return mesh;
 }
 

@@ -125,12 +125,12 @@ inline Mesh covered_bar(Index n) {
   Mesh mesh = block_mesh({{4 * n, n, n}, {4, 1, 1}});
   Index element = mesh.blocks[0].connectivity.rows(), id = 2;
   for (const std::string& face : {std::string("z_min"), std::string("z_max")}) {
-    const Sideset& set = mesh.sidesets[static_cast<std::size_t>(find_sideset(mesh, face))];
+    const Sideset& set = mesh.sidesets[find_sideset(mesh, face)];
     Block cover{face == "z_max" ? "top" : "bottom", id++, ElementType::quad4, {}, {}};
     cover.connectivity.resize(static_cast<Index>(set.sides.size()), 4);
     for (Index f = 0; f < cover.connectivity.rows(); ++f) {
-      const std::vector<Index> nodes = nodes_of_side(mesh, set.sides[static_cast<std::size_t>(f)]);
-      for (Index i = 0; i < 4; ++i) cover.connectivity(f, i) = nodes[static_cast<std::size_t>(i)];
+      const std::vector<Index> nodes = nodes_of_side(mesh, set.sides[f]);
+      for (Index i = 0; i < 4; ++i) cover.connectivity(f, i) = nodes[i];
       cover.element_ids.push_back(++element);
     }
     mesh.blocks.push_back(cover);

@@ -29,16 +29,14 @@ inline std::vector<Index> free_dofs(const Mesh& mesh, const FiniteElementModel& 
 
 // A(dofs, dofs), dofs ascending.
 inline SparseMatrix submatrix(const SparseMatrix& A, const std::vector<Index>& dofs) {
-  std::vector<Index> place(static_cast<std::size_t>(A.rows()), -1);
-  for (std::size_t i = 0; i < dofs.size(); ++i)
-    place[static_cast<std::size_t>(dofs[i])] = static_cast<Index>(i);
+  std::vector<Index> place(A.rows(), -1);
+  for (std::size_t i = 0; i < dofs.size(); ++i) place[dofs[i]] = static_cast<Index>(i);
   SparseMatrix B(static_cast<Index>(dofs.size()), static_cast<Index>(dofs.size()));
   B.reserve(A.nonZeros());
   for (Index j = 0; j < B.cols(); ++j) {
     B.startVec(j);
-    for (SparseMatrix::InnerIterator entry(A, dofs[static_cast<std::size_t>(j)]); entry; ++entry)
-      if (const Index row = place[static_cast<std::size_t>(entry.row())]; row >= 0)
-        B.insertBack(row, j) = entry.value();
+    for (SparseMatrix::InnerIterator entry(A, dofs[j]); entry; ++entry)
+      if (const Index row = place[entry.row()]; row >= 0) B.insertBack(row, j) = entry.value();
   }
   B.finalize();
   return B;

@@ -13,8 +13,8 @@ namespace {
 TEST(RunThreads, DoesEveryShareOnce) {
   for (const int n : {0, 1, 2, 7}) {
     std::vector<std::atomic<int>> done(7);
-    run_threads(n, [&](int t) { ++done[static_cast<std::size_t>(t)]; });
-    for (int t = 0; t < 7; ++t) EXPECT_EQ(done[static_cast<std::size_t>(t)], t < n ? 1 : 0);
+    run_threads(n, [&](int t) { ++done[t]; });
+    for (int t = 0; t < 7; ++t) EXPECT_EQ(done[t], t < n ? 1 : 0);
   }
 }
 
@@ -71,8 +71,8 @@ TEST(RunKeptThreads, DoesEveryShareOnceWhoeverElseCalls) {
     for (int round = 0; round < 300; ++round) {
       const int n = 1 + round % 3;
       std::vector<std::atomic<int>> done(3);
-      run_kept_threads(n, [&](int t) { ++done[static_cast<std::size_t>(t)]; });
-      for (int t = 0; t < 3; ++t) ASSERT_EQ(done[static_cast<std::size_t>(t)], t < n ? 1 : 0);
+      run_kept_threads(n, [&](int t) { ++done[t]; });
+      for (int t = 0; t < 3; ++t) ASSERT_EQ(done[t], t < n ? 1 : 0);
     }
   });
 }
@@ -81,7 +81,7 @@ TEST(RunKeptThreads, DoesEveryShareOnceWhoeverElseCalls) {
 TEST(RowThreads, ItemsAreShared) {
   for (const Index n : {0, 1, 31, 32, 1000}) {
     std::vector<std::atomic<int>> done(static_cast<std::size_t>(n));
-    share_among_threads(n, 3, [&](Index i) { ++done[static_cast<std::size_t>(i)]; });
+    share_among_threads(n, 3, [&](Index i) { ++done[i]; });
     for (const auto& times : done) ASSERT_EQ(times, 1);
   }
   const auto fail = [](Index i) {

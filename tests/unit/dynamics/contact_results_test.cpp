@@ -73,7 +73,7 @@ TEST_F(ContactResults, PressureIsForceOverAreaWhereBarsMeet) {
       for (std::size_t i = 0; i < result.time.size(); ++i) {
         double sum = 0, force = 0;
         for (Index slot = 0; slot < pressures[c][i].size(); ++slot) {
-          const double x = X(contact.nodes[static_cast<std::size_t>(slot)], 0);
+          const double x = X(contact.nodes[slot], 0);
           double expected = 0;
           for (std::size_t p = 0; p < result.pairs.size(); ++p) {
             const double met = sim.pairs[p].wall ? 2.001 : c == 0 ? 1 : 1.001;

@@ -31,7 +31,7 @@ Mesh boxed_brick(std::array<Index, 3> n, const Vector3& size) {
       for (Index i = 0; i < n[0]; ++i, ++e) {
         const bool on[] = {j == 0, i == n[0] - 1, j == n[1] - 1, i == 0, k == 0, k == n[2] - 1};
         for (int side = 0; side < 6; ++side)
-          if (on[side]) six[static_cast<std::size_t>(side)].sides.push_back({0, e, side + 1});
+          if (on[side]) six[side].sides.push_back({0, e, side + 1});
       }
   Sideset ends{"ends", 7, six[1].sides};
   ends.sides.insert(ends.sides.end(), six[3].sides.begin(), six[3].sides.end());

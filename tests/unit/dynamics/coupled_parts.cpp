@@ -49,7 +49,7 @@ Chain chain(Index n_domains, Index k) {
 
 ShellModel random_shells(const Points& points, const std::vector<Index>& nodes, double stiffness,
                          double mass) {
-  const Index m = static_cast<Index>(nodes.size());
+  const Index m = nodes.size();
   Matrix R(6 * m, 6);
   R.topRows(3 * m) = rigid_modes(points(nodes, Eigen::all), Vector3::Zero());
   R.bottomRows(3 * m) = Matrix::Zero(3 * m, 6);

@@ -96,7 +96,7 @@ void follow(Slide& slide, int n_steps, double stride, double most_residual) {
   Points guess;
   for (int k = 0; k < n_steps; ++k) {
     slide.at(stride * k, 0.6 * stride * k);
-    const Index m = static_cast<Index>(slide.list.points.size());
+    const Index m = slide.list.points.size();
     if (guess.rows() != m) guess.setZero(m, 3);
     for (ContactBody& body : slide.bodies) {
       body.impulses.setZero();

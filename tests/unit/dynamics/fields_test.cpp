@@ -107,8 +107,7 @@ TEST_F(Fields, FileTellsTimesNamesAndTheMeshsIds) {
   ASSERT_EQ(static_cast<Index>(ids.size()), file.shape("/grids/0/points")[0]);
   for (Index e = 0; e < cells.rows(); ++e)
     for (Index a = 0; a < 8; ++a)
-      EXPECT_EQ(ids[static_cast<std::size_t>(cells(e, a))],
-                mesh.node_ids[static_cast<std::size_t>(mesh.blocks[0].connectivity(e, a))]);
+      EXPECT_EQ(ids[cells(e, a)], mesh.node_ids[mesh.blocks[0].connectivity(e, a)]);
 }
 
 // Viewers name six components of one array each in their own order: there is no such array.

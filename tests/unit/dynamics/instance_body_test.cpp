@@ -42,8 +42,7 @@ test::Ran place(const std::string& a, const std::string& b, const std::string& a
 }
 
 double smallest(const test::Ran& ran, Index body, const Vector3& point, const Vector3& normal) {
-  const Points& x =
-      ran.built.simulation.bodies[static_cast<std::size_t>(body)]->reference_positions();
+  const Points& x = ran.built.simulation.bodies[body]->reference_positions();
   return ((x.rowwise() - point.transpose()) * normal).minCoeff();
 }
 

@@ -67,11 +67,11 @@ void slide(double way, int steps, int& searches, int& crossings) {
     searches += last.rows() == 0 || memory.kept.slave_at != last;
     last = memory.kept.slave_at;
     for (const ContactPoint& point : found.points) {
-      Index& of = face[static_cast<std::size_t>(point.slot)];
+      Index& of = face[point.slot];
       crossings += of >= 0 && of != point.face;
       of = point.face;
     }
-    const Index m = static_cast<Index>(found.points.size());
+    const Index m = found.points.size();
     remember(found, 0, found.points.size(), Points::Zero(m, 3), Points::Ones(m, 3), 1e-6, memory);
     top.body.start = top.body.end;
     bottom.body.start = bottom.body.end;

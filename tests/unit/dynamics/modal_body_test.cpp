@@ -338,7 +338,7 @@ Superelement two_parts() {
     s.M_kc.block(i * k, i * c, k, c) = one.M_kc;
   }
   const Vector3 apart(0, 7, 0);
-  const auto n = static_cast<Index>(one.node_ids.size());
+  const Index n = one.node_ids.size();
   for (const Index id : one.node_ids) s.node_ids.push_back(id + 1000);
   for (const Index node : one.dof_node) s.dof_node.push_back(node + n);
   s.dof_component.insert(s.dof_component.end(), one.dof_component.begin(), one.dof_component.end());

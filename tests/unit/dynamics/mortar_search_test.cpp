@@ -351,7 +351,7 @@ TEST(Mortar, OnlyTheFaceThatHoldsHolds) {
     for (int step = 0; step < 3; ++step) {
       move(cube, Vector3(0, 0, -1e-3));
       const ContactList list = run(cube, plate, memory, step == 0);
-      const Index m = static_cast<Index>(list.points.size());
+      const Index m = list.points.size();
       Points end_gap = Points::Zero(m, 3), impulse = Points::Zero(m, 3);
       for (Index i = 0; i < m; ++i) {
         EXPECT_GT(list.points[i].normal()[2], 0.999) << inside << " " << step;

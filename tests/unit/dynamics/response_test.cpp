@@ -112,7 +112,7 @@ struct RandomUnknowns {
 
 RandomUnknowns unknowns_of(const SparseMatrix& N, const std::vector<Index>& rows, double cut) {
   RandomUnknowns u;
-  const auto n_rows = static_cast<Index>(rows.size());
+  const Index n_rows = rows.size();
   u.of.rows = rows;
   u.of.Y.resize(N.cols(), 3 + n_rows);
   u.of.Z.resize(n_rows, 3 + n_rows);
@@ -120,7 +120,7 @@ RandomUnknowns unknowns_of(const SparseMatrix& N, const std::vector<Index>& rows
   for (Index k = 0; k < 3; ++k) u.of.Y.insert(k, k) = 0.5 + static_cast<double>(k);
   u.of.Z.insert(0, 1) = -cut;
   for (Index i = 0; i < n_rows; ++i) {
-    E.insert(rows[static_cast<std::size_t>(i)], i) = 1;
+    E.insert(rows[i], i) = 1;
     u.of.Z.insert(i, 3 + i) = 1;
   }
   u.A = SparseMatrix(N * u.of.Y) + SparseMatrix(E * u.of.Z);

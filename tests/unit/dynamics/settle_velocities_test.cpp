@@ -50,7 +50,7 @@ struct Problem {
       bodies.push_back(body);
       v.push_back(random_points(random, nodes_of_body, 1));
     }
-    const Index n = static_cast<Index>(laws.size());
+    const Index n = laws.size();
     p.setZero(n, 3);
     velocities.resize(n, 3);
     std::uniform_real_distribution<double> share(0, 1);

@@ -20,14 +20,12 @@ Mesh channel() {
     const Vector3 x =
         mesh.coordinates(block.connectivity.row(e), Eigen::all).colwise().mean().transpose();
     if (x[2] > 1 && x[0] > 1 && x[0] < 2) continue;
-    new_row[static_cast<std::size_t>(e)] = static_cast<Index>(kept.size());
+    new_row[e] = static_cast<Index>(kept.size());
     kept.push_back(e);
   }
   for (Sideset& set : mesh.sidesets) {
-    std::erase_if(set.sides, [&](const Side& side) {
-      return new_row[static_cast<std::size_t>(side.element)] < 0;
-    });
-    for (Side& side : set.sides) side.element = new_row[static_cast<std::size_t>(side.element)];
+    std::erase_if(set.sides, [&](const Side& side) { return new_row[side.element] < 0; });
+    for (Side& side : set.sides) side.element = new_row[side.element];
   }
   const IndexTable old = block.connectivity;
   block.connectivity = old(kept, Eigen::all);
@@ -35,13 +33,13 @@ Mesh channel() {
   // Nodes of no element go, too
   std::vector<Index> used(old.size() ? static_cast<std::size_t>(mesh.coordinates.rows()) : 0, -1),
       nodes;
-  for (const Index node : block.connectivity.reshaped()) used[static_cast<std::size_t>(node)] = 0;
+  for (const Index node : block.connectivity.reshaped()) used[node] = 0;
   for (Index i = 0; i < mesh.coordinates.rows(); ++i)
-    if (used[static_cast<std::size_t>(i)] == 0) {
-      used[static_cast<std::size_t>(i)] = static_cast<Index>(nodes.size());
+    if (used[i] == 0) {
+      used[i] = static_cast<Index>(nodes.size());
       nodes.push_back(i);
     }
-  for (Index& node : block.connectivity.reshaped()) node = used[static_cast<std::size_t>(node)];
+  for (Index& node : block.connectivity.reshaped()) node = used[node];
   mesh.coordinates = Points(mesh.coordinates(nodes, Eigen::all));
   mesh.node_ids.resize(nodes.size());
   return mesh;

@@ -53,7 +53,7 @@ inline Mesh box_mesh(const BoxSides& box) {
   for (Index k = 0; k < nz; ++k) {
     for (Index j = 0; j < ny; ++j) {
       for (Index i = 0; i < nx; ++i) {
-        const auto e = static_cast<Index>(block.element_ids.size());
+        const Index e = block.element_ids.size();
         block.connectivity.row(e) << node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k),
             node(i, j + 1, k), node(i, j, k + 1), node(i + 1, j, k + 1), node(i + 1, j + 1, k + 1),
             node(i, j + 1, k + 1);

@@ -114,8 +114,7 @@ TEST(Characteristic, StaticsOfKeptNodesAreExact) {
   std::vector<Index> kept;
   const auto nodes = surface_nodes(surface_of(s, "x_max"));
   for (Index i = 0; i < s.c(); ++i)
-    if (std::binary_search(nodes.begin(), nodes.end(), s.dof_node[static_cast<std::size_t>(i)]))
-      kept.push_back(i);
+    if (std::binary_search(nodes.begin(), nodes.end(), s.dof_node[i])) kept.push_back(i);
   EXPECT_EQ(figures.characteristic.n_kept, 3 * (20 + 1));
   EXPECT_EQ(figures.characteristic.n_rigid, 0);
   // Forces in equilibrium on the kept dofs, as the inertia that balances others is on all nodes:
@@ -157,9 +156,8 @@ TEST(Characteristic, PressureActsInwardsOnTheWholeArea) {
   double outwards = 0;
   for (Index i = 0; i < s.c(); ++i) {
     const double f = B.row(i).sum();
-    sum[s.dof_component[static_cast<std::size_t>(i)]] += f;
-    outwards += f * (s.coordinates(s.dof_node[static_cast<std::size_t>(i)],
-                                   s.dof_component[static_cast<std::size_t>(i)]));
+    sum[s.dof_component[i]] += f;
+    outwards += f * (s.coordinates(s.dof_node[i], s.dof_component[i]));
   }
   EXPECT_LT(sum.norm(), 1e-12 * area);  // of a closed surface
   EXPECT_LT(outwards, -3 * 0.9 * 60);   // - integral of x . n = -3 V

@@ -17,17 +17,16 @@ inline Mesh with_cells(const Mesh& whole, std::array<Index, 3> n,
   std::vector<Index> rows, new_row(block.element_ids.size(), -1);
   for (Index e = 0; e < block.connectivity.rows(); ++e) {
     if (!keep(e % n[0], e / n[0] % n[1], e / n[0] / n[1])) continue;
-    new_row[static_cast<std::size_t>(e)] = static_cast<Index>(rows.size());
+    new_row[e] = static_cast<Index>(rows.size());
     rows.push_back(e);
   }
   block.connectivity = IndexTable(whole.blocks[0].connectivity(rows, Eigen::all));
   block.element_ids.clear();
-  for (const Index e : rows)
-    block.element_ids.push_back(whole.blocks[0].element_ids[static_cast<std::size_t>(e)]);
+  for (const Index e : rows) block.element_ids.push_back(whole.blocks[0].element_ids[e]);
   for (Sideset& set : mesh.sidesets) {
     std::vector<Side> sides;
     for (Side side : set.sides) {
-      side.element = new_row[static_cast<std::size_t>(side.element)];
+      side.element = new_row[side.element];
       if (side.element >= 0) sides.push_back(side);
     }
     set.sides = sides;
@@ -77,7 +76,7 @@ inline Mesh tet10_mesh(std::array<Index, 3> n, double skew) {
         x[a + 1][orders[o][a]] += 2;
       }
       if (o >= 3) std::swap(x[2], x[3]);  // reverses the orientation
-      const auto e = static_cast<Index>(block.element_ids.size());
+      const Index e = block.element_ids.size();
       const auto middle = [&](std::size_t a, std::size_t b) {
         return node({(x[a][0] + x[b][0]) / 2, (x[a][1] + x[b][1]) / 2, (x[a][2] + x[b][2]) / 2});
       };
@@ -86,8 +85,7 @@ inline Mesh tet10_mesh(std::array<Index, 3> n, double skew) {
       block.element_ids.push_back(e + 1);
       for (int side = 1; side <= 4; ++side) {
         const auto& corners = side_nodes(ElementType::tet10, side);
-        if (std::all_of(corners.begin(), corners.begin() + 3,
-                        [&](int a) { return x[static_cast<std::size_t>(a)][0] == 0; }))
+        if (std::all_of(corners.begin(), corners.begin() + 3, [&](int a) { return x[a][0] == 0; }))
           x_min.sides.push_back({0, e, side});
       }
     }
@@ -113,7 +111,7 @@ inline Mesh mixed_mesh(std::array<Index, 3> n, double skew) {
     const auto v = [&](Index a) { return all.connectivity(e, a); };
     const Index kind = (e % n[0] + e / n[0] % n[1]) % 3;
     if (kind == 0) {
-      new_row[static_cast<std::size_t>(e)] = static_cast<Index>(rows[0].size());
+      new_row[e] = static_cast<Index>(rows[0].size());
       rows[0].push_back({v(0), v(1), v(2), v(3), v(4), v(5), v(6), v(7)});
     } else if (kind == 1) {
       rows[1].push_back({v(0), v(1), v(3), v(4), v(5), v(7)});
@@ -150,7 +148,7 @@ inline Mesh mixed_mesh(std::array<Index, 3> n, double skew) {
   }
   Sideset x_min{"x_min", 1, {}};
   for (const Side& side : mesh.sidesets[0].sides) {
-    const Index row = new_row[static_cast<std::size_t>(side.element)];
+    const Index row = new_row[side.element];
     if (row >= 0) x_min.sides.push_back({0, row, side.side});
   }
   mesh.sidesets = {x_min};

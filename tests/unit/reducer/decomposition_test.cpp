@@ -39,8 +39,7 @@ Index n_pieces(const std::vector<std::set<Index>>& corners, const std::vector<In
       stack.pop_back();
       for (std::size_t w = 0; w < members.size(); ++w) {
         if (seen[w]) continue;
-        const auto &a = corners[static_cast<std::size_t>(members[v])],
-                   &b = corners[static_cast<std::size_t>(members[w])];
+        const auto &a = corners[members[v]], &b = corners[members[w]];
         if (std::count_if(a.begin(), a.end(), [&](Index node) { return b.contains(node); }) < 3)
           continue;
         seen[w] = true;
@@ -139,15 +138,15 @@ TEST(FaceGraph, IsThatOfAllPairs) {
     ASSERT_EQ(graph.n_vertices(), std::ssize(corners));
     for (Index v = 0; v < graph.n_vertices(); ++v) {
       std::vector<Index> neighbours;
-      const auto& a = corners[static_cast<std::size_t>(v)];
+      const auto& a = corners[v];
       for (Index w = 0; w < graph.n_vertices(); ++w) {
-        const auto& b = corners[static_cast<std::size_t>(w)];
+        const auto& b = corners[w];
         if (v != w &&
             std::count_if(a.begin(), a.end(), [&](Index node) { return b.contains(node); }) >= 3)
           neighbours.push_back(w);
       }
       const auto first = graph.neighbours.begin();
-      EXPECT_EQ(std::vector<Index>(first + graph.first[static_cast<std::size_t>(v)],
+      EXPECT_EQ(std::vector<Index>(first + graph.first[v],
                                    first + graph.first[static_cast<std::size_t>(v) + 1]),
                 neighbours)
           << name << " " << v;
@@ -169,21 +168,19 @@ TEST(Split, GivesEveryElementSideAndNodeOnce) {
     ASSERT_TRUE(std::is_sorted(domain.node.begin(), domain.node.end()));
     nodes.insert(domain.node.begin(), domain.node.end());
     for (std::size_t i = 0; i < domain.node.size(); ++i) {
-      EXPECT_EQ(domain.mesh.node_ids[i], mesh.node_ids[static_cast<std::size_t>(domain.node[i])]);
+      EXPECT_EQ(domain.mesh.node_ids[i], mesh.node_ids[domain.node[i]]);
       EXPECT_EQ(std::binary_search(domain.interface.begin(), domain.interface.end(),
                                    static_cast<Index>(i)),
                 kept.contains(domain.node[i]));
     }
     for (std::size_t b = 0; b < domain.mesh.blocks.size(); ++b) {
-      const Block &part = domain.mesh.blocks[b],
-                  &whole = mesh.blocks[static_cast<std::size_t>(domain.block[b])];
+      const Block &part = domain.mesh.blocks[b], &whole = mesh.blocks[domain.block[b]];
       for (Index e = 0; e < part.connectivity.rows(); ++e) {
-        const Index id = part.element_ids[static_cast<std::size_t>(e)];
+        const Index id = part.element_ids[e];
         const auto row = std::find(whole.element_ids.begin(), whole.element_ids.end(), id) -
                          whole.element_ids.begin();
         for (Index a = 0; a < part.connectivity.cols(); ++a)
-          EXPECT_EQ(domain.node[static_cast<std::size_t>(part.connectivity(e, a))],
-                    whole.connectivity(row, a));
+          EXPECT_EQ(domain.node[part.connectivity(e, a)], whole.connectivity(row, a));
         elements.insert(id);
         ++n_elements;
       }

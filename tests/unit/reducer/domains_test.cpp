@@ -48,7 +48,7 @@ std::vector<Index> rows_of(const Superelement& whole, const Mesh& mesh,
                            const std::vector<Index>& nodes) {
   std::vector<Index> rows;
   for (const Index node : nodes) {
-    const Index id = mesh.node_ids[static_cast<std::size_t>(node)];
+    const Index id = mesh.node_ids[node];
     const Index at =
         std::find(whole.node_ids.begin(), whole.node_ids.end(), id) - whole.node_ids.begin();
     for (Index i = 0; i < 3; ++i) rows.push_back(whole.k() + 3 * at + i);
@@ -109,8 +109,7 @@ TEST_P(WholeComponent, HasTheFullModelsFrequenciesAndCompliances) {
     const std::vector<Index> tip = set_nodes(mesh, "x_min");
     std::vector<Index> dofs;
     for (const Index node : tip) {
-      for (Index i = 0; i < 3; ++i)
-        dofs.push_back(3 * model.row[static_cast<std::size_t>(node)] + i);
+      for (Index i = 0; i < 3; ++i) dofs.push_back(3 * model.row[node] + i);
     }
     for (const Index n : {2, 3, 5, 8}) {
       const Superelement whole = join(reduced(mesh, in_domains(n, all_modes), GetParam()));

@@ -54,9 +54,9 @@ Full full_model(const Mesh& mesh, MassKind mass, const Superelement& s) {
   Full full{pairs.lambda, Matrix(s.c(), model.K.rows())};
   for (Index i = 0; i < s.c(); ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const auto node = std::find(mesh.node_ids.begin(), mesh.node_ids.end(),
-                                s.node_ids[static_cast<std::size_t>(s.dof_node[at])]);
-    const Index row = model.row[static_cast<std::size_t>(node - mesh.node_ids.begin())];
+    const auto node =
+        std::find(mesh.node_ids.begin(), mesh.node_ids.end(), s.node_ids[s.dof_node[at]]);
+    const Index row = model.row[node - mesh.node_ids.begin()];
     full.V.row(i) = pairs.Phi.row(3 * row + s.dof_component[at]);
   }
   return full;
@@ -128,7 +128,7 @@ TEST(MasslessFall, EndsAtTheNextModeThatAPressureMoves) {
     const auto is_axial = [&](Index j) {
       double sum = 0;
       for (Index i = 0; i < s.c(); ++i)
-        if (s.dof_component[static_cast<std::size_t>(i)] == 0) sum += full.V(i, j);
+        if (s.dof_component[i] == 0) sum += full.V(i, j);
       return std::abs(sum) > 1e-3 * full.V.col(j).norm();
     };
     Index end = s.k();

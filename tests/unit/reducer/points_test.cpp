@@ -57,9 +57,7 @@ Matrix rigid_map(const Superelement& of_sets, const Mesh& mesh, const Supereleme
                         Vector3(of_points.coordinates.row(static_cast<Index>(j)));
       for (Index i = 0; i < of_sets.c(); ++i) {
         const auto dof = static_cast<std::size_t>(i);
-        if (of_sets.node_ids[static_cast<std::size_t>(of_sets.dof_node[dof])] !=
-            mesh.node_ids[static_cast<std::size_t>(node)])
-          continue;
+        if (of_sets.node_ids[of_sets.dof_node[dof]] != mesh.node_ids[node]) continue;
         const int d = of_sets.dof_component[dof];
         const Index column = 6 * static_cast<Index>(j);
         T(i, column + d) = 1;
@@ -217,7 +215,7 @@ TEST(Points, RecoveryMovesTheSetsRigidly) {
     const Vector3 U = u_c.segment<3>(6 * j), theta = u_c.segment<3>(6 * j + 3);
     for (const Index node : set_nodes(mesh, j == 0 ? "x_min" : "x_max")) {
       const Vector3 x = mesh.coordinates.row(node);
-      const Index i = row.at(mesh.node_ids[static_cast<std::size_t>(node)]);
+      const Index i = row.at(mesh.node_ids[node]);
       EXPECT_EQ(Vector3(recovery.coordinates.row(i)), x);
       EXPECT_LT((u.segment<3>(3 * i) - U - theta.cross(x - Vector3(s.coordinates.row(j)))).norm(),
                 1e-13);
@@ -227,8 +225,8 @@ TEST(Points, RecoveryMovesTheSetsRigidly) {
   for (const Block& block : recovery.blocks)
     for (Index e = 0; e < block.connectivity.rows(); ++e)
       for (Index a = 0; a < block.connectivity.cols(); ++a)
-        EXPECT_EQ(recovery.node_ids[static_cast<std::size_t>(block.connectivity(e, a) - 2)],
-                  mesh.node_ids[static_cast<std::size_t>(mesh.blocks[0].connectivity(e, a))]);
+        EXPECT_EQ(recovery.node_ids[block.connectivity(e, a) - 2],
+                  mesh.node_ids[mesh.blocks[0].connectivity(e, a)]);
   // A rigid motion of the points is one of the whole
   const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
   EXPECT_LT(relative(recovery.Psi * R, rigid_modes(recovery.coordinates, s.rigid_body.center)),

@@ -321,7 +321,7 @@ TEST(Reduce, ParticipationPicksOfSparseCandidates) {
   const std::vector<Index> kept = modes_by_participation(all.M_kc, 10);
   EXPECT_GT(kept.back(), 9);  // not the lowest ten
   for (Index j = 0; j < 10; ++j) {
-    const double lambda = all.eigenvalues(kept[static_cast<std::size_t>(j)]);
+    const double lambda = all.eigenvalues(kept[j]);
     EXPECT_NEAR(picked.eigenvalues(j), lambda, 1e-11 * lambda) << j;
     EXPECT_NEAR(of_basis.eigenvalues(j), lambda, 1e-6 * lambda) << j;
   }

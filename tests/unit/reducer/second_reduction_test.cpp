@@ -52,8 +52,7 @@ Matrix rows_in_order(const Superelement::Recovery& of, const std::vector<Index>&
   Matrix rows(3 * std::ssize(ids), values.cols());
   for (Index i = 0; i < std::ssize(ids); ++i) {
     const Index at =
-        std::find(of.node_ids.begin(), of.node_ids.end(), ids[static_cast<std::size_t>(i)]) -
-        of.node_ids.begin();
+        std::find(of.node_ids.begin(), of.node_ids.end(), ids[i]) - of.node_ids.begin();
     rows.middleRows(3 * i, 3) = values.middleRows(3 * at, 3);
   }
   return rows;
@@ -114,15 +113,14 @@ TEST(SecondReduction, RecoversElementsOfTheWholeMesh) {
   std::vector<Index> ids = s.node_ids;
   ids.insert(ids.end(), recovery.node_ids.begin(), recovery.node_ids.end());
   for (const Block& block : recovery.blocks) {
-    const Block& whole = mesh.blocks[static_cast<std::size_t>(find_block(mesh, block.name))];
+    const Block& whole = mesh.blocks[find_block(mesh, block.name)];
     ASSERT_EQ(block.connectivity.rows(), whole.connectivity.rows());
     for (Index e = 0; e < block.connectivity.rows(); ++e) {
-      const auto row = std::find(whole.element_ids.begin(), whole.element_ids.end(),
-                                 block.element_ids[static_cast<std::size_t>(e)]) -
-                       whole.element_ids.begin();
+      const auto row =
+          std::find(whole.element_ids.begin(), whole.element_ids.end(), block.element_ids[e]) -
+          whole.element_ids.begin();
       for (Index a = 0; a < block.connectivity.cols(); ++a)
-        EXPECT_EQ(ids[static_cast<std::size_t>(block.connectivity(e, a))],
-                  mesh.node_ids[static_cast<std::size_t>(whole.connectivity(row, a))]);
+        EXPECT_EQ(ids[block.connectivity(e, a)], mesh.node_ids[whole.connectivity(row, a)]);
     }
   }
   // A rigid motion of the interface is one of all: Psi R_c = R_I.

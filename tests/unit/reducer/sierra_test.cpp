@@ -43,8 +43,7 @@ std::vector<Index> rows_by_cbmap(const Superelement& ours, const SierraSuperelem
   }
   std::vector<Index> rows;
   for (std::size_t i = 0; i < ours.dof_node.size(); ++i) {
-    rows.push_back(position.at(
-        {ours.node_ids[static_cast<std::size_t>(ours.dof_node[i])], ours.dof_component[i]}));
+    rows.push_back(position.at({ours.node_ids[ours.dof_node[i]], ours.dof_component[i]}));
   }
   return rows;
 }

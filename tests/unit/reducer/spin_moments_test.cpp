@@ -83,8 +83,7 @@ TEST_P(SpinMoments, CouplingsAreThoseOfTheFullComponent) {
     of_node[recovery.node_ids[i]] = inside.middleRows(3 * static_cast<Index>(i), 3);
   Matrix X(model.M.rows(), m);
   for (std::size_t i = 0; i < model.nodes.size(); ++i)
-    X.middleRows(3 * static_cast<Index>(i), 3) =
-        of_node.at(mesh.node_ids[static_cast<std::size_t>(model.nodes[i])]);
+    X.middleRows(3 * static_cast<Index>(i), 3) = of_node.at(mesh.node_ids[model.nodes[i]]);
   const auto only = [](const Matrix& of, Index from, Index to) {
     Matrix Y = Matrix::Zero(of.rows(), of.cols());
     for (Index i = 0; i < of.rows(); i += 3) Y.row(i + to) = of.row(i + from);

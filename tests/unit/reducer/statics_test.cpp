@@ -46,8 +46,7 @@ Matrix dense_answers(const Mesh& mesh, MassKind mass, const Matrix& B) {
   const FiniteElementModel model = assemble(mesh, properties(mesh, soft), mass);
   const Matrix K(model.K), M(model.M);
   Points x(static_cast<Index>(model.nodes.size()), 3);
-  for (Index i = 0; i < x.rows(); ++i)
-    x.row(i) = mesh.coordinates.row(model.nodes[static_cast<std::size_t>(i)]);
+  for (Index i = 0; i < x.rows(); ++i) x.row(i) = mesh.coordinates.row(model.nodes[i]);
   const Matrix R = rigid_modes(x, rigid_body(model.M, x).center);
   Matrix N = R;
   Cholesky(R.transpose() * M * R).divide_by_upper(N);
@@ -64,10 +63,9 @@ Matrix forces_on_component(const Mesh& mesh, const Superelement& s) {
   const StaticShare& statics = s.characteristic.statics;
   Matrix B = Matrix::Zero(3 * static_cast<Index>(model.nodes.size()), statics.size());
   for (Index i = 0; i < statics.size(); ++i) {
-    const Index id =
-        s.node_ids[static_cast<std::size_t>(statics.node[static_cast<std::size_t>(i)])];
+    const Index id = s.node_ids[statics.node[i]];
     const auto found = std::find(mesh.node_ids.begin(), mesh.node_ids.end(), id);
-    const Index row = model.row[static_cast<std::size_t>(found - mesh.node_ids.begin())];
+    const Index row = model.row[found - mesh.node_ids.begin()];
     B.block(3 * row, i, 3, 1) = statics.direction.row(i).transpose();
   }
   return B;
@@ -112,8 +110,7 @@ TEST(Statics, OfSparseSolvesAreExactToo) {
     FiniteElementModel model = assemble(mesh, properties(mesh, soft), MassKind::lumped);
     const Partition p = partition(model, interface_nodes(mesh, model, {"x_max", "y_max"}));
     Points x(static_cast<Index>(model.nodes.size()), 3);
-    for (Index i = 0; i < x.rows(); ++i)
-      x.row(i) = mesh.coordinates.row(model.nodes[static_cast<std::size_t>(i)]);
+    for (Index i = 0; i < x.rows(); ++i) x.row(i) = mesh.coordinates.row(model.nodes[i]);
     Report report("test", Verbosity::quiet);
     const FreeComponent component{model.K, model.M, x};
     // Many forces make one factor with the interface last the cheaper way
@@ -148,8 +145,7 @@ TEST(Statics, OfManyForcesComeInLevels) {
       FiniteElementModel model = assemble(mesh, properties(mesh, soft), MassKind::lumped);
       const Partition p = partition(model, interface_nodes(mesh, model, {"z_max"}));
       Points x(static_cast<Index>(model.nodes.size()), 3);
-      for (Index i = 0; i < x.rows(); ++i)
-        x.row(i) = mesh.coordinates.row(model.nodes[static_cast<std::size_t>(i)]);
+      for (Index i = 0; i < x.rows(); ++i) x.row(i) = mesh.coordinates.row(model.nodes[i]);
       Report report("test", Verbosity::quiet);
       const FreeComponent component{model.K, model.M, x};
       const FreeFactor factor = free_factor(component, p, 0);
@@ -174,7 +170,7 @@ TEST(Statics, OfManyForcesComeInLevels) {
         for (const Vector3& direction : {Vector3(0, 0, 1), Vector3(0.6, 0.8, 0)}) {
           Vector p(n);
           for (Index i = 0; i < n; ++i) {
-            const Index node = forces.node[static_cast<std::size_t>(i)];
+            const Index node = forces.node[i];
             const double r = (s.coordinates.row(node).transpose() - at).norm() / radius;
             p[i] = std::sqrt(std::max(0.0, 1 - r * r)) * forces.direction.row(i).dot(direction);
           }

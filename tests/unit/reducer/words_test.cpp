@@ -343,7 +343,7 @@ TEST_F(Words, ReadmesFirstSceneRunsAsItIsPrinted) {
   const auto first = text.find(fence) + fence.size();
   std::ofstream(path("impact.yaml")) << text.substr(first, text.find("```", first) - first);
   Mesh mesh = read_mesh(path("box.msh"));
-  mesh.sidesets[static_cast<std::size_t>(find_sideset(mesh, "x_max"))].name = "contact";
+  mesh.sidesets[find_sideset(mesh, "x_max")].name = "contact";
   write_mesh(mesh, folder_ / "block.msh");
   ASSERT_NO_THROW(reduce(path("impact.yaml")));
   const Superelement block = read_superelement(path("block.cbr.h5"));

@@ -34,7 +34,7 @@ Vector3 vector_area(const Points& X, const Block& shells) {
 const Block& block(const Mesh& mesh, const std::string& name) {
   const Index found = find_block(mesh, name);
   EXPECT_GE(found, 0) << name;
-  return mesh.blocks[static_cast<std::size_t>(std::max<Index>(found, 0))];
+  return mesh.blocks[std::max<Index>(found, 0)];
 }
 
 Sideset all_sides(const Mesh& mesh, Index b) {

@@ -68,8 +68,7 @@ TEST_P(Assembly, PatchTest) {
   std::vector<Index> I, C;
   const auto boundary = on_boundary(mesh);
   for (Index i = 0; i < u.rows(); ++i)
-    for (Index c = 0; c < 3; ++c)
-      (boundary[static_cast<std::size_t>(i)] ? C : I).push_back(3 * i + c);
+    for (Index c = 0; c < 3; ++c) (boundary[i] ? C : I).push_back(3 * i + c);
   ASSERT_GE(I.size(), 6u);
   Eigen::Map<Vector> q(u.data(), u.size());
   // u_I = -K_II^-1 K_IC u_C
@@ -144,19 +143,15 @@ TEST_P(Assembly, NumbersOfNodesAndElementsDoNotMatter) {
   std::vector<Index> place = first_numbers(n);
   Random random(11);
   for (Index i = n - 1; i > 0; --i)
-    std::swap(place[static_cast<std::size_t>(i)],
-              place[static_cast<std::size_t>(
-                  static_cast<Index>((random() + 1) / 2 * static_cast<double>(i + 1)))]);
-  for (Index i = 0; i < n; ++i)
-    other.coordinates.row(place[static_cast<std::size_t>(i)]) = mesh.coordinates.row(i);
+    std::swap(place[i], place[static_cast<Index>((random() + 1) / 2 * static_cast<double>(i + 1))]);
+  for (Index i = 0; i < n; ++i) other.coordinates.row(place[i]) = mesh.coordinates.row(i);
   for (Index e = 0; e < n_e; ++e)
     for (Index i = 0; i < mesh.blocks[0].connectivity.cols(); ++i)
-      other.blocks[0].connectivity(n_e - 1 - e, i) =
-          place[static_cast<std::size_t>(mesh.blocks[0].connectivity(e, i))];
+      other.blocks[0].connectivity(n_e - 1 - e, i) = place[mesh.blocks[0].connectivity(e, i)];
   const auto first = model(mesh), second = model(other);
   std::vector<Index> dofs;
   for (Index i = 0; i < n; ++i)
-    for (Index c = 0; c < 3; ++c) dofs.push_back(3 * place[static_cast<std::size_t>(i)] + c);
+    for (Index c = 0; c < 3; ++c) dofs.push_back(3 * place[i] + c);
   const Matrix K = first.K, M = first.M;
   EXPECT_LE((Matrix(second.K)(dofs, dofs) - K).cwiseAbs().maxCoeff(),
             1e-14 * K.cwiseAbs().maxCoeff());
@@ -197,7 +192,7 @@ TEST(AssemblyOfBlocks, NodesWithoutVolumeElementsGetNoDofs) {
   ASSERT_EQ(fe.nodes.size(), static_cast<std::size_t>(n));
   EXPECT_EQ(fe.row[0], -1);
   for (std::size_t i = 0; i < fe.nodes.size(); ++i)
-    EXPECT_EQ(fe.row[static_cast<std::size_t>(fe.nodes[i])], static_cast<Index>(i));
+    EXPECT_EQ(fe.row[fe.nodes[i]], static_cast<Index>(i));
   EXPECT_EQ(fe.K.rows(), 3 * n);
   mesh.blocks.pop_back();
   EXPECT_SAYS(refusal_of([&] { assemble(mesh, {{}}, MassKind::lumped); }), "no volume elements");
@@ -249,13 +244,13 @@ TEST_F(Refusal, FlatElement) {
 
 TEST_F(Refusal, RepeatedNode) {
   block.connectivity(1, 7) = block.connectivity(1, 6);
-  mesh.node_ids[static_cast<std::size_t>(block.connectivity(1, 6))] = 777;
+  mesh.node_ids[block.connectivity(1, 6)] = 777;
   expect({"element 12", "node 777", "twice"});
 }
 
 TEST_F(Refusal, CoordinateThatIsNoNumber) {
   const Index node = block.connectivity(3, 2);
-  mesh.node_ids[static_cast<std::size_t>(node)] = 4711;
+  mesh.node_ids[node] = 4711;
   for (const double bad :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     mesh.coordinates(node, 1) = bad;

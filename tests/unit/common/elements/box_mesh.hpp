@@ -99,12 +99,12 @@ inline Mesh box_mesh(
         for (const auto& part : parts) {
           std::vector<Index> corners, nodes;
           for (const int c : part) {
-            const auto& o = offsets[static_cast<std::size_t>(c)];
+            const auto& o = offsets[c];
             corners.push_back(corner({2 * i + o[0], 2 * j + o[1], 2 * k + o[2]}));
           }
           for (const auto& list : parents) {
             std::vector<Index> key;
-            for (const int c : list) key.push_back(corners[static_cast<std::size_t>(c)]);
+            for (const int c : list) key.push_back(corners[c]);
             if (key.size() == 1) {
               nodes.push_back(key[0]);
               continue;
@@ -114,8 +114,7 @@ inline Mesh box_mesh(
                 middle_numbers.try_emplace(key, static_cast<Index>(x.size()));
             if (is_new) {
               Vector3 mean = Vector3::Zero();
-              for (const Index node : key)
-                mean += x[static_cast<std::size_t>(node)] / static_cast<double>(key.size());
+              for (const Index node : key) mean += x[node] / static_cast<double>(key.size());
               x.push_back(mean);
             }
             nodes.push_back(entry->second);

@@ -140,7 +140,7 @@ TEST_P(Element, MirroredElementHasTheMirroredStiffness) {
   const auto& order = mirrored_order(type);
   Points Y(X.rows(), 3);
   for (Index i = 0; i < X.rows(); ++i) {
-    Y.row(i) = X.row(order[static_cast<std::size_t>(i)]);
+    Y.row(i) = X.row(order[i]);
     Y(i, 0) *= -1;
   }
   EXPECT_GT(element_quality(type, Y), 0);
@@ -149,7 +149,7 @@ TEST_P(Element, MirroredElementHasTheMirroredStiffness) {
   double worst = 0;
   for (Index i = 0; i < X.rows(); ++i)
     for (Index j = 0; j < X.rows(); ++j) {
-      const Index p = order[static_cast<std::size_t>(i)], q = order[static_cast<std::size_t>(j)];
+      const Index p = order[i], q = order[j];
       const Matrix3 expected = sign.asDiagonal() * K.block<3, 3>(3 * p, 3 * q) * sign.asDiagonal();
       worst =
           std::max(worst, (mirrored.block<3, 3>(3 * i, 3 * j) - expected).cwiseAbs().maxCoeff());
@@ -184,7 +184,7 @@ TEST_P(Mass, VolumeIsThatInsideTheFaces) {
   const double g = 1 / std::sqrt(3.0);
   for (int side = 1; side <= n_sides(type); ++side) {
     auto nodes = side_nodes(type, side);
-    nodes.resize(static_cast<std::size_t>(n_corners(side_kind(type, side))));
+    nodes.resize(n_corners(side_kind(type, side)));
     const auto x = [&](std::size_t i) -> Vector3 { return X.row(nodes[i]).transpose(); };
     if (nodes.size() == 3) {
       volume += x(0).dot((x(1) - x(0)).cross(x(2) - x(0))) / 6;

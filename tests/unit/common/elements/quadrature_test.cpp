@@ -110,7 +110,7 @@ TEST_P(Shape, SumToOne) {
         &reference_element(type).center, &reference_element(type).corners})
     for (Index q = 0; q < table->size(); ++q) {
       EXPECT_NEAR(table->N.col(q).sum(), 1, 1e-14);
-      EXPECT_LE(table->dN[static_cast<std::size_t>(q)].colwise().sum().norm(), 1e-14);
+      EXPECT_LE(table->dN[q].colwise().sum().norm(), 1e-14);
     }
 }
 
@@ -138,7 +138,7 @@ TEST_P(Shape, CentreIsTheCentroid) {
   const Points X = element_points(type, reference_corners(type));
   Vector N = Vector::Zero(X.rows());
   for (Index q = 0; q < reference.mass.size(); ++q)
-    N += reference.mass.weight[static_cast<std::size_t>(q)] * reference.mass.N.col(q);
+    N += reference.mass.weight[q] * reference.mass.N.col(q);
   EXPECT_NEAR(N.sum(), reference.volume, 1e-14 * reference.volume);
   EXPECT_LE((X.transpose() * (N / N.sum() - reference.center.N.col(0))).norm(), 1e-14);
 }

@@ -44,8 +44,7 @@ ShellMesh box_surface(Index n, const Vector3& size) {
           size(static_cast<Index>(c)) * static_cast<double>(g[c]) / static_cast<double>(n);
   mesh.faces.resize(static_cast<Index>(faces.size()), 4);
   for (std::size_t f = 0; f < faces.size(); ++f)
-    for (Index i = 0; i < 4; ++i)
-      mesh.faces(static_cast<Index>(f), i) = faces[f][static_cast<std::size_t>(i)];
+    for (Index i = 0; i < 4; ++i) mesh.faces(static_cast<Index>(f), i) = faces[f][i];
   return mesh;
 }
 

@@ -50,14 +50,14 @@ TEST(Supernodal, SparseRightHandSidesAndWantedRowsVisitLess) {
   const SparseCholesky factor(A);
   const auto& tree = factor.tree();
   const auto& f = tree.factor();
-  std::vector<Index> place(static_cast<std::size_t>(f.n));
-  for (Index i = 0; i < f.n; ++i) place[static_cast<std::size_t>(f.order[i])] = i;
+  std::vector<Index> place(f.n);
+  for (Index i = 0; i < f.n; ++i) place[f.order[i]] = i;
   const std::vector<Index> rows = {0, 1, 31};
   Matrix B = Matrix::Zero(f.n, 3);
   std::vector<Index> places;
   for (Index j = 0; j < 3; ++j) {
-    B(rows[static_cast<std::size_t>(j)], j) = 1;
-    places.push_back(place[static_cast<std::size_t>(rows[static_cast<std::size_t>(j)])]);
+    B(rows[j], j) = 1;
+    places.push_back(place[rows[j]]);
   }
   const SupernodeSet some = tree.reach(places);
   EXPECT_LT(some.flops_per_column, 0.9 * tree.all().flops_per_column);

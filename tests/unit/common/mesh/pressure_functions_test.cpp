@@ -90,10 +90,10 @@ TEST(PressureFunctions, EveryNodeOfASmoothSurfaceHasACellAndEveryCellANode) {
   std::size_t entry = 0;
   for (Index a = 0; a < functions.size(); ++a)
     for (SparseMatrix::InnerIterator it(functions.N, a); it; ++it, ++entry)
-      cell[static_cast<std::size_t>(it.row())] = static_cast<int>(functions.entry_cell[entry]);
+      cell[it.row()] = static_cast<int>(functions.entry_cell[entry]);
   for (const int of_node : cell) {
     ASSERT_GE(of_node, 0);
-    ++nodes[static_cast<std::size_t>(of_node)];
+    ++nodes[of_node];
   }
   for (const int n : nodes) EXPECT_GT(n, 0);
 }
@@ -110,7 +110,7 @@ TEST(PressureFunctions, NoFunctionReachesOverASharpEdge) {
   for (Index a = 0; a < functions.size(); ++a) {
     bool flat = false, upright = false;
     for (SparseMatrix::InnerIterator it(functions.N, a); it; ++it) {
-      const Index node = functions.nodes[static_cast<std::size_t>(it.row())];
+      const Index node = functions.nodes[it.row()];
       flat |= of.x(node, 0) - 0.1 * of.x(node, 1) < 4 - 1e-9;
       upright |= of.x(node, 2) > 1e-9;
     }

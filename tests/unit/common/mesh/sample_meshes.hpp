@@ -145,7 +145,7 @@ inline Mesh zoo() {
   for (Index i = 0; i < n; ++i) mesh.node_ids.push_back(5 + 3 * i);
   Sideset all{"all sides", 4, {}}, first{"first sides", 9, {}};
   for (Index b = 0; b < static_cast<Index>(mesh.blocks.size()); ++b) {
-    const ElementType type = mesh.blocks[static_cast<std::size_t>(b)].type;
+    const ElementType type = mesh.blocks[b].type;
     for (int s = 1; s <= n_sides(type); ++s) all.sides.push_back({b, 0, s});
     if (n_sides(type) > 0) first.sides.push_back({b, 0, 1});
   }
@@ -174,7 +174,7 @@ inline Mesh brick(Index nx, Index ny, Index nz) {
   for (Index k = 0; k < nz; ++k)
     for (Index j = 0; j < ny; ++j)
       for (Index i = 0; i < nx; ++i) {
-        const auto e = static_cast<Index>(block.element_ids.size());
+        const Index e = block.element_ids.size();
         block.connectivity.row(e) << node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k),
             node(i, j + 1, k), node(i, j, k + 1), node(i + 1, j, k + 1), node(i + 1, j + 1, k + 1),
             node(i, j + 1, k + 1);
@@ -227,7 +227,7 @@ inline void expect_equal(const Mesh& a, const Mesh& b, double tolerance = 0) {
     SCOPED_TRACE(block.name);
     const Index other = find_block(b, block.name);
     ASSERT_GE(other, 0);
-    const Block& found = b.blocks[static_cast<std::size_t>(other)];
+    const Block& found = b.blocks[other];
     EXPECT_EQ(block.id, found.id);
     EXPECT_EQ(block.type, found.type);
     EXPECT_EQ(block.element_ids, found.element_ids);
@@ -237,9 +237,7 @@ inline void expect_equal(const Mesh& a, const Mesh& b, double tolerance = 0) {
   const auto sides = [](const Mesh& mesh, const Sideset& set) {
     std::set<std::tuple<Index, int, std::vector<Index>>> all;
     for (const Side& s : set.sides)
-      all.insert({mesh.blocks[static_cast<std::size_t>(s.block)]
-                      .element_ids[static_cast<std::size_t>(s.element)],
-                  s.side, nodes_of_side(mesh, s)});
+      all.insert({mesh.blocks[s.block].element_ids[s.element], s.side, nodes_of_side(mesh, s)});
     return all;
   };
   ASSERT_EQ(a.sidesets.size(), b.sidesets.size());
@@ -247,17 +245,17 @@ inline void expect_equal(const Mesh& a, const Mesh& b, double tolerance = 0) {
     SCOPED_TRACE(set.name);
     const Index other = find_sideset(b, set.name);
     ASSERT_GE(other, 0);
-    EXPECT_EQ(set.id, b.sidesets[static_cast<std::size_t>(other)].id);
-    EXPECT_EQ(set.sides.size(), b.sidesets[static_cast<std::size_t>(other)].sides.size());
-    EXPECT_EQ(sides(a, set), sides(b, b.sidesets[static_cast<std::size_t>(other)]));
+    EXPECT_EQ(set.id, b.sidesets[other].id);
+    EXPECT_EQ(set.sides.size(), b.sidesets[other].sides.size());
+    EXPECT_EQ(sides(a, set), sides(b, b.sidesets[other]));
   }
   ASSERT_EQ(a.nodesets.size(), b.nodesets.size());
   for (const auto& set : a.nodesets) {
     SCOPED_TRACE(set.name);
     const Index other = find_nodeset(b, set.name);
     ASSERT_GE(other, 0);
-    EXPECT_EQ(set.id, b.nodesets[static_cast<std::size_t>(other)].id);
-    EXPECT_EQ(set.nodes, b.nodesets[static_cast<std::size_t>(other)].nodes);
+    EXPECT_EQ(set.id, b.nodesets[other].id);
+    EXPECT_EQ(set.nodes, b.nodesets[other].nodes);
   }
 }
 
