@@ -290,133 +290,69 @@ CBR_INLINE void carry(const SymmetricBlockMatrix& A, const double* x, Index begi
   }
 }
 
-struct Kernels {
-  decltype(&block_products) products;
-  decltype(&symmetric_block_products) symmetric;
-  decltype(&symmetric_block_carry) carry;
-  decltype(&add_box_forces) boxes;
-  decltype(&leapfrog) leap;
-  decltype(&turned_strain) strain;
-  decltype(&moment_sums) moments;
-  decltype(&fit_sums) fits;
-  decltype(&turned_leapfrog) leap_turned;
-};
-
 // The levels x86-64-v3 and v4 by their parts: clang knows the levels' names from version 18 on.
 #ifdef __x86_64__
-#define CBR_HAS_LEVELS
 #define CBR_V3 "avx2,fma,bmi,bmi2,f16c,lzcnt,movbe"
 #define CBR_V4 CBR_V3 ",avx512f,avx512bw,avx512cd,avx512dq,avx512vl"
-#endif
 
-#define CBR_KERNELS(NAME, TARGET)                                                                  \
-  TARGET void products_##NAME(const BlockMatrix& A, const double* x, Index begin, Index end,       \
-                              double* y) {                                                         \
-    block_rows(A, x, begin, end, y);                                                               \
-  }                                                                                                \
-  TARGET void symmetric_##NAME(const SymmetricBlockMatrix& A, const double* x, Index begin,        \
-                               Index end, double* y, Index y_begin, double* f, Index stride) {     \
-    symmetric_rows(A, x, begin, end, y, y_begin, f, stride);                                       \
-  }                                                                                                \
-  TARGET void carry_##NAME(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, \
-                           double* y) {                                                            \
-    carry(A, x, begin, end, y);                                                                    \
-  }                                                                                                \
-  TARGET void boxes_##NAME(const SharedElements& shared, std::size_t first, std::size_t last,      \
-                           const double* u, Index u_stride, double* f, Index f_stride,             \
-                           Index f_begin) {                                                        \
-    add_boxes(shared, first, last, u, u_stride, f, f_stride, f_begin);                             \
-  }                                                                                                \
-  TARGET void leap_##NAME(const LeapfrogSpan& span, Index n, double s, double h) {                 \
-    leap(span, n, s, h);                                                                           \
-  }                                                                                                \
-  TARGET void strain_##NAME(const double* u, const double* Y, Index stride, const double* A,       \
-                            const double* B, const double* shift, double* d, Index n) {            \
-    strain(u, Y, stride, A, B, shift, d, n);                                                       \
-  }                                                                                                \
-  TARGET void moments_##NAME(const double* Y, const double* d, const double* f, Index stride,      \
-                             Index n, double* sums) {                                              \
-    moments(Y, d, f, stride, n, sums);                                                             \
-  }                                                                                                \
-  TARGET void fits_##NAME(const double* u, const double* arms, const double* mass, Index stride,   \
-                          Index n, double* sums) {                                                 \
-    fits(u, arms, mass, stride, n, sums);                                                          \
-  }                                                                                                \
-  TARGET void leap_turned_##NAME(const TurnedSpan& span, Index stride, Index n, const double* R,   \
-                                 const double* W, double s, double h, double* sums) {              \
-    leap_any_turned(span, stride, n, R, W, s, h, sums);                                            \
-  }
-
-CBR_KERNELS(plain, )
-#ifdef CBR_HAS_LEVELS
-CBR_KERNELS(v3, __attribute__((target(CBR_V3))))
-CBR_KERNELS(v4, __attribute__((target(CBR_V4))))
-#endif
-
-#define CBR_ALL(NAME)                                                                          \
-  {                                                                                            \
-    products_##NAME, symmetric_##NAME, carry_##NAME, boxes_##NAME, leap_##NAME, strain_##NAME, \
-        moments_##NAME, fits_##NAME, leap_turned_##NAME                                        \
-  }
-
-Kernels best() {
-#ifdef CBR_HAS_LEVELS
+int level_of_machine() {
   __builtin_cpu_init();
   const bool v3 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
                   __builtin_cpu_supports("bmi2");
   const bool v4 = v3 && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") &&
                   __builtin_cpu_supports("avx512vl");
-  if (v4) return CBR_ALL(v4);
-  if (v3) return CBR_ALL(v3);
-#endif
-  return CBR_ALL(plain);
+  return v4 ? 4 : v3 ? 3 : 1;
 }
 
-const Kernels kernels = best();
+const int level = level_of_machine();
+#endif
 
 }  // namespace
 
-void add_box_forces(const SharedElements& shared, std::size_t first, std::size_t last,
-                    const double* u, Index u_stride, double* f, Index f_stride, Index f_begin) {
-  kernels.boxes(shared, first, last, u, u_stride, f, f_stride, f_begin);
-}
+// A function of mesh_kernels.hpp: LOOP is compiled for all levels, and that of the machine runs.
+#ifdef __x86_64__
+#define CBR_KERNEL(NAME, LOOP, PARAMETERS, ARGUMENTS)                                  \
+  static __attribute__((target(CBR_V3))) void NAME##_v3 PARAMETERS { LOOP ARGUMENTS; } \
+  static __attribute__((target(CBR_V4))) void NAME##_v4 PARAMETERS { LOOP ARGUMENTS; } \
+  void NAME PARAMETERS {                                                               \
+    if (level == 4) return NAME##_v4 ARGUMENTS;                                        \
+    if (level == 3) return NAME##_v3 ARGUMENTS;                                        \
+    LOOP ARGUMENTS;                                                                    \
+  }
+#else
+#define CBR_KERNEL(NAME, LOOP, PARAMETERS, ARGUMENTS) \
+  void NAME PARAMETERS { LOOP ARGUMENTS; }
+#endif
 
-void block_products(const BlockMatrix& A, const double* x, Index begin, Index end, double* y) {
-  kernels.products(A, x, begin, end, y);
-}
-
-void symmetric_block_products(const SymmetricBlockMatrix& A, const double* x, Index begin,
-                              Index end, double* y, Index y_begin, double* f, Index stride) {
-  kernels.symmetric(A, x, begin, end, y, y_begin, f, stride);
-}
-
-void symmetric_block_carry(const SymmetricBlockMatrix& A, const double* x, Index begin, Index end,
-                           double* y) {
-  kernels.carry(A, x, begin, end, y);
-}
-
-void leapfrog(const LeapfrogSpan& span, Index n, double s, double h) {
-  kernels.leap(span, n, s, h);
-}
-
-void turned_strain(const double* u, const double* Y, Index stride, const double* A, const double* B,
-                   const double* shift, double* d, Index n) {
-  kernels.strain(u, Y, stride, A, B, shift, d, n);
-}
-
-void moment_sums(const double* Y, const double* d, const double* f, Index stride, Index n,
-                 double* sums) {
-  kernels.moments(Y, d, f, stride, n, sums);
-}
-
-void fit_sums(const double* u, const double* arms, const double* mass, Index stride, Index n,
-              double* sums) {
-  kernels.fits(u, arms, mass, stride, n, sums);
-}
-
-void turned_leapfrog(const TurnedSpan& span, Index stride, Index n, const double* R,
-                     const double* W, double s, double h, double* sums) {
-  kernels.leap_turned(span, stride, n, R, W, s, h, sums);
-}
+CBR_KERNEL(add_box_forces, add_boxes,
+           (const SharedElements& shared, std::size_t first, std::size_t last, const double* u,
+            Index u_stride, double* f, Index f_stride, Index f_begin),
+           (shared, first, last, u, u_stride, f, f_stride, f_begin))
+CBR_KERNEL(block_products, block_rows,
+           (const BlockMatrix& A, const double* x, Index begin, Index end, double* y),
+           (A, x, begin, end, y))
+CBR_KERNEL(symmetric_block_products, symmetric_rows,
+           (const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y,
+            Index y_begin, double* f, Index stride),
+           (A, x, begin, end, y, y_begin, f, stride))
+CBR_KERNEL(symmetric_block_carry, carry,
+           (const SymmetricBlockMatrix& A, const double* x, Index begin, Index end, double* y),
+           (A, x, begin, end, y))
+CBR_KERNEL(leapfrog, leap, (const LeapfrogSpan& span, Index n, double s, double h), (span, n, s, h))
+CBR_KERNEL(turned_strain, strain,
+           (const double* u, const double* Y, Index stride, const double* A, const double* B,
+            const double* shift, double* d, Index n),
+           (u, Y, stride, A, B, shift, d, n))
+CBR_KERNEL(moment_sums, moments,
+           (const double* Y, const double* d, const double* f, Index stride, Index n, double* sums),
+           (Y, d, f, stride, n, sums))
+CBR_KERNEL(fit_sums, fits,
+           (const double* u, const double* arms, const double* mass, Index stride, Index n,
+            double* sums),
+           (u, arms, mass, stride, n, sums))
+CBR_KERNEL(turned_leapfrog, leap_any_turned,
+           (const TurnedSpan& span, Index stride, Index n, const double* R, const double* W,
+            double s, double h, double* sums),
+           (span, stride, n, R, W, s, h, sums))
 
 }  // namespace cbr
