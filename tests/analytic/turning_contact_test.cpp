@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/contact_scene.hpp"
 #include "tests/support/restarted_run.hpp"
-#include "tests/support/tumbling_blocks.hpp"
 
 namespace cbr::turning_contact_test {
 namespace {

@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/contact_scene.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/restarted_run.hpp"
-#include "tests/support/tumbling_blocks.hpp"
 
 namespace cbr::turning_mesh_test {
 namespace {

@@ -8,7 +8,6 @@
 
 #include "common/base/error.hpp"
 #include "common/files/hdf5_file.hpp"
-#include "tests/formats/damage.hpp"
 #include "tests/formats/raw_superelement.hpp"
 #include "tests/formats/sample_superelement.hpp"
 #include "tests/formats/temporary_folder.hpp"

@@ -26,4 +26,11 @@ RawFile raw_superelement(const Superelement& superelement, const std::string& pr
 RawFile raw_group(const SuperelementGroup& group);
 void write_raw(const RawFile& raw, const std::filesystem::path& file);
 
+// Damage to one dataset, which a reader must reject by name.
+bool is_integer(const RawDataset& values);
+std::vector<RawDataset> wrong_lengths(const RawDataset& values);  // one row more and one row less
+RawDataset with_first(RawDataset values, double entry);
+RawDataset of_other_rank(const RawDataset& values);
+RawDataset of_other_type(const RawDataset& values);
+
 }  // namespace cbr::test

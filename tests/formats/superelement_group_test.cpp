@@ -8,7 +8,7 @@
 #include <random>
 
 #include "common/base/error.hpp"
-#include "tests/formats/damage.hpp"
+#include "tests/formats/raw_superelement.hpp"
 #include "tests/formats/sample_superelement.hpp"
 #include "tests/formats/temporary_folder.hpp"
 #include "tests/support/refusal.hpp"

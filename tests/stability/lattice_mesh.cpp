@@ -6,7 +6,7 @@
 #include <numeric>
 #include <set>
 
-#include "tests/support/renumbering.hpp"
+#include "tests/support/scene_run.hpp"
 
 namespace cbr::test {
 namespace {

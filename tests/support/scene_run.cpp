@@ -8,7 +8,6 @@
 #include <stdexcept>
 
 #include "reducer/command.hpp"
-#include "tests/support/renumbering.hpp"
 
 namespace cbr::test {
 namespace {
@@ -220,6 +219,18 @@ double observed_order(const std::vector<double>& h, const std::vector<double>& e
     xy += a * b;
   }
   return (n * xy - x * y) / (n * xx - x * x);
+}
+
+std::vector<Index> random_order(Index n, std::mt19937& random) {
+  std::vector<Index> order = first_numbers(n);
+  std::shuffle(order.begin(), order.end(), random);
+  return order;
+}
+
+std::vector<Index> inverse(const std::vector<Index>& order) {
+  std::vector<Index> result(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) result[order[i]] = static_cast<Index>(i);
+  return result;
 }
 
 }  // namespace cbr::test

@@ -6,9 +6,11 @@
 #include <array>
 #include <functional>
 #include <optional>
+#include <random>
 #include <string>
 #include <vector>
 
+#include "common/base/types.hpp"
 #include "common/linalg/blas_threads.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/scene/scene.hpp"
@@ -91,5 +93,10 @@ double energy_residual(const RunResult& result);
 
 // Slope of log(error) over log(h), by least squares.
 double observed_order(const std::vector<double>& h, const std::vector<double>& error);
+
+// Old index of each new one: a permutation of 0 .. n - 1.
+// Random orders of nodes and elements.
+std::vector<Index> random_order(Index n, std::mt19937& random);
+std::vector<Index> inverse(const std::vector<Index>& order);
 
 }  // namespace cbr::test

@@ -1,14 +1,102 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/base/threads.hpp"
-
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <csignal>
+#include <cstdlib>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
-namespace cbr::threads_test {
+#include "common/base/error.hpp"
+#include "common/base/force_table.hpp"
+#include "common/base/process.hpp"
+#include "common/base/threads.hpp"
+#include "tests/support/refusal.hpp"
+
+namespace cbr::base_test {
 namespace {
+
+TEST(ChildProcess, TellsWhatCameBack) {
+  int here = 0;
+  EXPECT_TRUE(survives_in_child(
+      "a.exo", [&] { here = 1; }, 10));
+  EXPECT_EQ(here, 0);  // it was a copy
+  EXPECT_TRUE(survives_in_child(
+      "a.exo", [] { throw std::runtime_error("the parent comes to it, too"); }, 10));
+  EXPECT_FALSE(survives_in_child(
+      "a.exo", [] { std::abort(); }, 10));
+  EXPECT_FALSE(survives_in_child(
+      "a.exo", [] { std::_Exit(3); }, 10));
+}
+
+// A hangup that nohup ignores, Ctrl-C that the parent notes: not the child's to heed. What kills it
+// outright says nothing of the file.
+TEST(ChildProcess, SignalsFromOutsideSayNothingOfTheFile) {
+  for (const int number : {SIGTERM, SIGINT, SIGHUP})
+    EXPECT_TRUE(survives_in_child(
+        "a.exo", [&] { std::raise(number); }, 10));
+  EXPECT_SAYS(test::refusal_of<RunError>([&] {
+                survives_in_child(
+                    "a.exo", [] { std::raise(SIGKILL); }, 10);
+              }),
+              "a.exo: reading it was stopped by signal 9");
+}
+
+TEST(ChildProcess, EndsWhatNeverEnds) {
+  volatile bool ever = true;
+  EXPECT_FALSE(survives_in_child(
+      "a.exo",
+      [&] {
+        while (ever) continue;
+      },
+      1));
+}
+
+// Whatever the library does with a large sound file, it is given the time.
+TEST(ChildProcess, MoreTimeForLargerFiles) {
+  EXPECT_GE(seconds_to_read(0), 1u);
+  EXPECT_GT(seconds_to_read(2'000'000'000), 1000u);
+  EXPECT_GT(seconds_to_read(static_cast<std::uintmax_t>(-1)), 1000u);
+}
+
+TEST(NearestName, findsTheSlipAndKeepsSilentOtherwise) {
+  const std::vector<std::string> allowed = {"youngs_modulus", "poissons_ratio", "density"};
+  EXPECT_EQ(nearest_name("young_modulus", allowed), ", did you mean 'youngs_modulus'?");
+  EXPECT_EQ(nearest_name("Density", allowed), ", did you mean 'density'?");
+  EXPECT_EQ(nearest_name("temperature", allowed), "");
+}
+
+// A gap from -1 to 2, stiffness 3 below and 4 above.
+const ForceTable gap{{-2, -1, 2, 3}, {-3, 0, 0, 4}};
+
+TEST(ForceTable, ContinuesItsFirstAndLastSlope) {
+  EXPECT_EQ(gap.value(-5), -12);
+  EXPECT_EQ(gap.value(1), 0);
+  EXPECT_EQ(gap.value(5), 12);
+  EXPECT_EQ(gap.slope(-5), 3);
+  EXPECT_EQ(gap.slope(2), 4);
+  EXPECT_EQ(gap.energy(4), 8);
+  EXPECT_EQ(gap.energy(-3), 6);
+}
+
+TEST(ForceTable, MeanOverARangeAndItsSlope) {
+  EXPECT_EQ(gap.mean(-2, 3), 0.1);  // (2 - 1.5) / 5
+  EXPECT_EQ(gap.mean(3, -2), 0.1);
+  EXPECT_EQ(gap.mean_slope(3, 4), 2);
+  const double d = 1e-6;
+  EXPECT_NEAR(gap.mean_slope(-2, 3), (gap.mean(-2, 3 + d) - gap.mean(-2, 3 - d)) / (2 * d), 1e-9);
+}
+
+// A joint at rest at a corner with a force.
+TEST(ForceTable, AShortRangeAcrossACornerHasASlopeOfTheTable) {
+  const ForceTable corner{{0, 0.3, 1}, {0, 1e6, 1.1e6}};
+  for (double range = 1e-3; range > 1e-18; range *= 0.7) {
+    const double slope = corner.mean_slope(0.3 - range, 0.3 + 0.5 * range);
+    EXPECT_GE(slope, 0);
+    EXPECT_LE(slope, 0.5 * corner.steepest());
+  }
+}
 
 TEST(RunThreads, DoesEveryShareOnce) {
   for (const int n : {0, 1, 2, 7}) {
@@ -133,4 +221,4 @@ TEST(PhasedWork, TellsItsPiecesTheThreadThatTheyRunOn) {
 TEST(PhasedWork, NothingToDoIsDone) { PhasedWork().run(2); }
 
 }  // namespace
-}  // namespace cbr::threads_test
+}  // namespace cbr::base_test

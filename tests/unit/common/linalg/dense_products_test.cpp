@@ -1,14 +1,45 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "common/linalg/lower_updates.hpp"
-
 #include <gtest/gtest.h>
+
+#include <limits>
 
 #include "common/linalg/blas_threads.hpp"
 #include "common/linalg/dense.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
+#include "common/linalg/kernels/symmetric_product.hpp"
+#include "common/linalg/lower_updates.hpp"
 
-namespace cbr::lower_updates_test {
+namespace cbr::dense_products_test {
 namespace {
+
+TEST(BlasKernels, OnlyAFallbackIsBettered) {
+  EXPECT_EQ(better_kernels("Prescott", true, true), "SkylakeX");
+  EXPECT_EQ(better_kernels("Prescott", true, false), "Haswell");
+  EXPECT_EQ(better_kernels("Prescott", false, false), "");  // a processor of 2004
+  for (const char* known : {"Haswell", "Zen", "SkylakeX", "Sandybridge", "armv8", ""})
+    EXPECT_EQ(better_kernels(known, true, true), "");
+}
+
+TEST(SymmetricProduct, AnswersAsTheWholeMatrixDoesAndReadsTheLowerTriangle) {
+  std::srand(3);
+  for (const Index n : {0, 1, 3, 4, 7, 8, 13, 511, 512, 515, 1100}) {
+    const Matrix A = Matrix::Random(n, n), S = A + A.transpose();
+    Matrix lower = S;
+    lower.triangularView<Eigen::StrictlyUpper>().setConstant(
+        std::numeric_limits<double>::quiet_NaN());
+    for (const Index m : {0, 1, 2, 3, 4, 6}) {
+      const Matrix X = Matrix::Random(n, m), Y0 = Matrix::Random(n, m), expected = Y0 + S * X;
+      Matrix Y = Y0;
+      add_symmetric_product(lower, X, Y);
+      EXPECT_LE((Y - expected).cwiseAbs().sum(),
+                1e-14 * static_cast<double>(n) * (1 + expected.cwiseAbs().sum()))
+          << n << " x " << m;
+      Matrix threads = Y0;
+      add_symmetric_product(lower, X, threads, 2);
+      EXPECT_EQ(Y, threads);
+    }
+  }
+}
 
 // Positive definite, with eigenvalues of about n / 3 and above.
 Matrix definite(Index n) {
@@ -76,4 +107,4 @@ TEST(LowerUpdates, EigenpairsOfALargePencilSolveIt) {
 }
 
 }  // namespace
-}  // namespace cbr::lower_updates_test
+}  // namespace cbr::dense_products_test
