@@ -11,7 +11,7 @@
 #include "common/superelement/superelement_file.hpp"
 #include "common/superelement/superelement_group.hpp"
 #include "reducer/command.hpp"
-#include "reducer/judgement/summary_text.hpp"
+#include "reducer/judgement/accuracy.hpp"
 
 namespace cbr {
 namespace {

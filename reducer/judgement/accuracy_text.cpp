@@ -11,7 +11,6 @@
 #include "common/base/format_text.hpp"
 
 #include "reducer/judgement/accuracy.hpp"
-#include "reducer/judgement/summary_text.hpp"
 
 namespace cbr {
 namespace {

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "common/app/report.hpp"
-#include "common/linalg/progress.hpp"
 #include "common/scene/scene.hpp"
 #include "dynamics/setup/modal/modal_scene.hpp"
 

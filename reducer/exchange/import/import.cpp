@@ -11,7 +11,7 @@
 #include "common/scene/scene.hpp"
 #include "common/superelement/superelement_file.hpp"
 #include "reducer/domains/domains.hpp"
-#include "reducer/judgement/summary_text.hpp"
+#include "reducer/judgement/accuracy.hpp"
 #include "reducer/modes/diagonal_form.hpp"
 
 namespace cbr {

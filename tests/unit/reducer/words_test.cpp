@@ -20,7 +20,7 @@
 #include "reducer/bases/reduce.hpp"
 #include "reducer/command.hpp"
 #include "reducer/estimate/estimate.hpp"
-#include "reducer/judgement/summary_text.hpp"
+#include "reducer/judgement/accuracy.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
