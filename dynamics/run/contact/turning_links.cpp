@@ -383,9 +383,8 @@ void close_links(Simulation& sim, const ContactGroup& group, double h, ContactSt
   // Mechanisms close by factors that vary: open ones go on after a step that gained little
   int stalls = 0;
   const auto goes_on = [&](int k) {
-    if (!(separated < 0.5 * before)) ++stalls;
-    return separated > closed &&
-           (stalls == 0 || k < patience || (separated > open && stalls <= most_stalls));
+    return separated > closed && (separated < 0.5 * before || k < patience ||
+                                  (separated > open && ++stalls <= most_stalls));
   };
   for (int k = 0; k < most && goes_on(k); ++k) {
     if (bends) memory = ImpulseMemory();
