@@ -11,7 +11,7 @@ sys.path.append("..")
 from checks import report
 
 PRETENSION = 5000.0
-EXACT = ("craig-bampton", "massless")  # of the bases: their statics are those of the mesh
+EXACT = ("craig-bampton", "massless", "characteristic")  # statics are those of the mesh
 
 
 class Joint:
@@ -53,7 +53,7 @@ class Joint:
                 "bolt": self.bolt[-1], "lost": -self.change(self.friction)}
 
 
-names = ("mesh", *EXACT, "characteristic", "coarse-mesh", "coarse-craig-bampton")
+names = ("mesh", *EXACT, "coarse-mesh", "coarse-craig-bampton")
 runs = {name: Joint(name) for name in names}
 print(f"| {'run':20s} | {'100 N, um':>10s} | {'cycle, um':>10s} | {'slip, um':>10s} | {'bolt, N':>10s} | {'lost, uJ':>10s} | {'s':>6s} |")
 for name, run in runs.items():
@@ -91,13 +91,12 @@ def compare(name, other, bound):
     return [(f"{name}, {key}, from {other}", abs(one[key] / two[key] - 1), bound) for key in one]
 
 
+print("largest slip of the mesh, um, in the order of instances:", *(f"{1e3 * slip.max():.4g}" for slip in slips("mesh")))
 for name in EXACT:
     checks += compare(name, "mesh", SLIP)
     checks += [(f"{name}: largest slip of grid {g}, from mesh", abs(one.max() - two.max()), SLIP * two.max())
                for g, (one, two) in enumerate(zip(slips(name), slips("mesh"))) if two.max() > 0]
 checks += compare("coarse-craig-bampton", "coarse-mesh", SLIP)
-# Few shapes of the load's face, whose residual compliance is exact
-checks += compare("characteristic", "mesh", 1e-3)
 # The lower plate has elements a third longer
 checks += compare("coarse-mesh", "mesh", 0.1)
 

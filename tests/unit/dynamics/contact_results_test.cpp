@@ -127,10 +127,10 @@ TEST_F(ContactResults, SlipIsTheWayOverTheOtherSurface) {
     const RunResult result = run(sim, options);
     for (std::size_t i = 0; i < result.time.size(); ++i) {
       const double t = std::min(2.0, result.time[i]), way = 0.2 * t - 0.05 * t * t;
-      EXPECT_NEAR(slips[i].mean(), way, kind == "rigid" ? 1.01e-3 : 4e-3) << result.time[i];
+      EXPECT_NEAR(slips[i].mean(), way, kind == "rigid" ? 1.01e-3 : 2e-3) << result.time[i];
       EXPECT_GE(slips[i].minCoeff(), i > 0 ? slips[i - 1].minCoeff() : 0);
     }
-    EXPECT_LT((slips.back() - slips[slips.size() - 2]).norm(), kind == "rigid" ? 1e-12 : 1e-3);
+    EXPECT_LT((slips.back() - slips[slips.size() - 2]).norm(), kind == "rigid" ? 1e-12 : 5e-6);
   }
 }
 
