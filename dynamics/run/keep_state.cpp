@@ -37,7 +37,8 @@ void ContactState::keep_state(StateArchive& archive, Simulation& sim) {
     const ContactNodes& nodes = sim.contact_nodes[b];
     ContactBody& contact = bodies[b];
     bool with_velocities = !contact.velocity_response.empty();
-    archive(sim.contact_nodes[b].pressure, sim.contact_nodes[b].slip, contact, contact.response_h, with_velocities);
+    archive(sim.contact_nodes[b].pressure, sim.contact_nodes[b].slip, contact, contact.response_h,
+            with_velocities);
     if (!archive.restores()) continue;
     Body& body = *sim.bodies[nodes.body];
     if (contact.response_h > 0) contact.response = body.response(nodes.set, contact.response_h);

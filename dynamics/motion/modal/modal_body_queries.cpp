@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Queries of a modal body: response, masses, loads, momentum, energy. And equilibrium: its modes are
-// uncoupled, so that nothing is solved.
+// Queries of a modal body: response, masses, loads, momentum, energy. And equilibrium: its modes
+// are uncoupled, so that nothing is solved.
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
