@@ -60,6 +60,29 @@ function(cbr_join_folders target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
 endfunction()
 
+# The linker keeps the first copy of an inline function or template that it meets. Of the copies in a test's objects (-O0) and in
+# our libraries (-O3) that is the library's: they stand first, and whole, so that none of them is left out.
+function(cbr_prefer_libraries target)
+  set(found)
+  set(open ${target})
+  while(open)
+    list(POP_FRONT open library)
+    get_target_property(next ${library} LINK_LIBRARIES)
+    foreach(name IN LISTS next)
+      string(REGEX REPLACE "^cbr::" "cbr_" name "${name}")
+      if(name MATCHES "^cbr_" AND NOT name IN_LIST found)
+        list(APPEND found ${name})
+        list(APPEND open ${name})
+      endif()
+    endforeach()
+  endwhile()
+  foreach(part IN ITEMS dynamics skinner reducer common)
+    if(cbr_${part} IN_LIST found)
+      target_link_options(${target} PRIVATE LINKER:--whole-archive $<TARGET_FILE:cbr_${part}> LINKER:--no-whole-archive)
+    endif()
+  endforeach()
+endfunction()
+
 # Sources of tests are compiled thirty at once, which takes less than half of the time (docs/decisions/build-time.md). So each
 # has a namespace of its own, cbr::NAME_OF_THE_FILE.
 # cbr_test(NAME SOURCES a.cpp ... LIBRARIES cbr_common [OPTIMISED] [READ_TREE a.cpp ...]): one GoogleTest program, one ctest entry
@@ -82,6 +105,7 @@ function(cbr_test name)
     cbr_target(${name} cbr_test_precompiled)
   endif()
   set_target_properties(${name} PROPERTIES UNITY_BUILD ${CBR_JOIN_FOLDERS} UNITY_BUILD_BATCH_SIZE 30)
+  cbr_prefer_libraries(${name})
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
 endfunction()
 
