@@ -174,7 +174,7 @@ INSTANTIATE_TEST_SUITE_P(Bodies, Rest, ::testing::ValuesIn(kinds),
 // it rings as the shear begins, less so in a longer period.
 TEST(Microslip, TakesAsMuchAsOfTheMesh) {
   SceneFolder folder;
-  folder.add("block.exo", test::block_mesh({{4, 4, 2}, {2, 2, 1}}));
+  folder.add("block.exo", test::block_mesh({{3, 3, 2}, {2, 2, 1}}));
   const auto taken = [&](const Kind& kind, const std::string& beta, double period) {
     const RunResult result =
         folder
