@@ -46,7 +46,7 @@ bool take_standing(const ContactSurface& slave, const ContactBody& slave_body,
                    const ContactSurface& master, const ContactBody& master_body,
                    const DetectionOptions& options, const PairMemory& memory, ContactList& list) {
   const StandingSearch& standing = memory.standing;
-  if (standing.list.empty() || !memory.has_points || memory.offset != standing.offset) return false;
+  if (standing.list.empty() || !memory.has_points) return false;
   const double limit = options.standing_slip * master.size;
   const std::size_t first = list.points.size();
   const Index shift = static_cast<Index>(list.terms.size());
@@ -61,11 +61,14 @@ bool take_standing(const ContactSurface& slave, const ContactBody& slave_body,
       list.points.resize(first);
       return false;
     }
-    point.gap = Vector3(standing.gap[row] + moved[0], 0, 0);
+    // Overlaps that have opened since
+    const double opened =
+        i < standing.n_nodes ? memory.offset[point.slot] - standing.offset[point.slot] : 0;
+    const double gap = standing.gap[row] - opened;
+    point.gap = Vector3(gap + moved[0], 0, 0);
     const Vector3 before =
         separation_of(standing.list, point, slave.body, slave_body.start, master_body.start);
-    point.start_gap =
-        standing.gap[row] + point.normal().dot(before - standing.separation.row(row).transpose());
+    point.start_gap = gap + point.normal().dot(before - standing.separation.row(row).transpose());
     point.first_term += shift;
   }
   if (!others_stay_away(slave, slave_body, master, master_body, standing)) {
