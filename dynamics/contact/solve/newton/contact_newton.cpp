@@ -2,7 +2,6 @@
 #include "dynamics/contact/solve/newton/contact_newton.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -16,9 +15,9 @@ namespace {
 // Largest number of rows for a factor of a set that has not changed, or for the inverse: 1.2 GB.
 // The factor takes the time of two or three Krylov solves.
 constexpr std::size_t largest_kept_factor = 12000;
-// Unknowns for each decade of reduction up to which a factor, which is exact, costs no more than
-// Krylov products: with friction these take 6 to 11 a decade, and one the time of 30 rows of LU.
-constexpr double rows_a_decade = 240;
+// Closed rows of a dense W up to which a factor, which is exact, costs no more than Krylov
+// products.
+constexpr std::size_t cheap_factor = 256;
 // Rows of an inverse that costs as much as a product.
 constexpr std::size_t rows_a_product = 3;
 // Impulses outside of the cones are projected, with a product, if they violate the laws by at most
@@ -36,20 +35,16 @@ struct ContactNewton::Impl {
   std::optional<FullInverse> inverse;
   Index products = 0;  // of W, by Krylov methods
 
-  // Factors small sets, and one that a whole solve has not changed: it is likely to stay.
-  LinearSolver choice(const ContactProblem& problem, const ContactSet& set, double reduction,
+  // Factors a set that a whole solve has not changed: it is likely to stay.
+  LinearSolver choice(const ContactProblem& problem, const ContactSet& set,
                       LinearSolver wanted) const {
     if (problem.W.is_sparse) return wanted;
-    Index rows = 0;
-    for (Index i = 0; i < problem.n_points(); ++i) {
-      const PointState state = set.states[i];
-      if (state != PointState::open)
-        rows += state == PointState::slide ? 2 : problem.first[i + 1] - problem.first[i];
-    }
-    const bool stays =
-        !set.slides_anywhere() && set.states == settled && set.states.size() <= largest_kept_factor;
-    const bool is_cheap = static_cast<double>(rows) <= -std::log10(reduction) * rows_a_decade;
-    return stays || is_cheap ? LinearSolver::factor : wanted;
+    std::size_t rows = 0;
+    for (const PointState state : set.states)
+      if (state != PointState::open) rows += state == PointState::stick ? 3 : 1;
+    if (rows <= cheap_factor) return LinearSolver::factor;
+    return set.states == settled && set.states.size() <= largest_kept_factor ? LinearSolver::factor
+                                                                             : wanted;
   }
 
   // Whether `inverse` serves the set. It is made once products have cost as much.
@@ -69,9 +64,9 @@ struct ContactNewton::Impl {
     last = set.states;
     const bool iterates = linear == LinearSolver::krylov && !problem.W.is_sparse;
     if (iterates && has_inverse(problem, set)) return inverse->solve(problem, set, p, gap);
-    const LinearSolver chosen = choice(problem, set, reduction, linear);
     if (set.slides_anywhere())
-      return SetMatrix(problem, set, chosen).solve(g, p, reduction, &products);
+      return SetMatrix(problem, set, linear).solve(g, p, reduction, &products);
+    const LinearSolver chosen = choice(problem, set, linear);
     const bool serves = matrix && held == set.states &&
                         (kind == LinearSolver::factor || chosen != LinearSolver::factor);
     if (!serves) {
