@@ -27,7 +27,7 @@ void keep_state(StateArchive& archive, GapResponse& W) { archive(W.is_sparse, W.
 
 static void keep_state(StateArchive& archive, StandingSearch& standing) {
   archive(standing.n_nodes, standing.n_both, standing.has);
-  archive(standing.list, standing.gap, standing.separation, standing.offset, standing.has_all);
+  archive(standing.list, standing.distance, standing.separation, standing.has_all);
   archive(standing.extra, standing.slave_at, standing.master_at);
 }
 

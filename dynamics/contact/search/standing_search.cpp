@@ -17,6 +17,11 @@ Vector3 separation_of(const ContactList& list, const ContactPoint& point, Index 
   return r;
 }
 
+// Points of the other side's nodes and of edges stand without overlaps alone.
+double offset_of(const StandingSearch& standing, std::size_t point, const PairMemory& memory) {
+  return point < standing.n_nodes ? memory.offset[standing.list.points[point].slot] : 0;
+}
+
 // Longest path of a node relative to the translation `common`.
 double longest_way(const ContactSurface& surface, const Points& now, const Points& then,
                    const Eigen::RowVector3d& common) {
@@ -61,10 +66,7 @@ bool take_standing(const ContactSurface& slave, const ContactBody& slave_body,
       list.points.resize(first);
       return false;
     }
-    // Overlaps that have opened since
-    const double opened =
-        i < standing.n_nodes ? memory.offset[point.slot] - standing.offset[point.slot] : 0;
-    const double gap = standing.gap[row] - opened;
+    const double gap = standing.distance[row] - offset_of(standing, i, memory);
     point.gap = Vector3(gap + moved[0], 0, 0);
     const Vector3 before =
         separation_of(standing.list, point, slave.body, slave_body.start, master_body.start);
@@ -93,19 +95,18 @@ void keep_standing(const ContactSurface& slave, const ContactBody& slave_body,
                               list.points.end());
   standing.list.terms.assign(list.terms.begin() + shift, list.terms.end());
   const auto n = static_cast<Index>(standing.list.points.size());
-  standing.gap.resize(n);
+  standing.distance.resize(n);
   standing.separation.resize(n, 3);
   std::vector<char> has(slave.nodes.size(), 0);
   for (Index i = 0; i < n; ++i) {
     ContactPoint& point = standing.list.points[i];
     point.first_term -= shift;
-    standing.gap[i] = point.gap[0];
+    standing.distance[i] = point.gap[0] + offset_of(standing, static_cast<std::size_t>(i), memory);
     standing.separation.row(i) =
         separation_of(standing.list, point, slave.body, slave_body.end, master_body.end)
             .transpose();
     if (i < static_cast<Index>(standing.n_nodes)) has[point.slot] = 1;
   }
-  standing.offset = memory.offset;
   standing.has_all = std::find(has.begin(), has.end(), 0) == has.end();
   if (standing.has_all) return;
   standing.extra = memory.extra_reach;

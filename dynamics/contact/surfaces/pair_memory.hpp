@@ -34,9 +34,8 @@ struct StandingSearch {
   ContactList list;  // empty: none
   // Numbers of leading points: of the slave's nodes; of both sides' nodes. Those of edges follow
   std::size_t n_nodes = 0, n_both = 0;
-  Vector gap;             // normal gap of each point at the search
+  Vector distance;        // of each point along its normal at the search: overlaps may open since
   Points separation;      // of each point: sum of coefficient x position at the search, scene axes
-  Vector offset;          // PairMemory::offset at the search
   bool has_all = false;   // every slave node has a point
   std::vector<char> has;  // of a wall, which needs no more: whether each slave node has a point
   // Otherwise: extra reach of the search, which nodes may use up, and positions of both surfaces'

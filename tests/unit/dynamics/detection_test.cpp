@@ -9,6 +9,7 @@
 #include <cmath>
 #include <random>
 
+#include "dynamics/contact/search/standing_search.hpp"
 #include "dynamics/contact/surfaces/contact_surface.hpp"
 #include "tests/unit/dynamics/patch.hpp"
 
@@ -45,6 +46,27 @@ TEST(Detection, MatchingFacesKeepTheirEdgeNodes) {
       (list.terms[t].coefficient > 0 ? slave : master) += list.terms[t].coefficient;
     EXPECT_EQ(slave, 1);
     EXPECT_NEAR(master, -1, 1e-14);
+  }
+}
+
+// As a search finds them.
+TEST(Detection, PointsStandWhileAnOverlapOpens) {
+  const Patch top = patch(2, -1e-3, false), bottom = patch(2, 0, true);
+  PairMemory memory;
+  ContactList list = run(top, bottom, memory, true);
+  ASSERT_EQ(list.points.size(), 9u);
+  remember(list, 0, 9, Points::Zero(9, 3), Points::Ones(9, 3), 1e-6, memory);
+  keep_standing(top.surface, top.body, bottom.surface, bottom.body, list, 0, 9, 9, memory);
+  ASSERT_NEAR(memory.offset[4], -1e-3, 1e-15);
+  memory.offset[4] = -5e-4;
+  ContactList stands;
+  ASSERT_TRUE(
+      take_standing(top.surface, top.body, bottom.surface, bottom.body, {}, memory, stands));
+  const ContactList searched = run(top, bottom, memory);
+  for (std::size_t i = 0; i < 9; ++i) {
+    EXPECT_NEAR(stands.points[i].gap[0], stands.points[i].slot == 4 ? -5e-4 : 0, 1e-15);
+    EXPECT_NEAR(stands.points[i].gap[0], searched.points[i].gap[0], 1e-15);
+    EXPECT_NEAR(stands.points[i].start_gap, searched.points[i].start_gap, 1e-15);
   }
 }
 
