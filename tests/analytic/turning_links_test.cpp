@@ -114,6 +114,48 @@ TEST_F(TurningLinks, TiedBodiesTurnAsOne) {
   }
 }
 
+// Faces of rigid bodies have more tied nodes than relative motions. Their ties do what a weld does:
+// at the start, which stops what only the middle one has, and over several turns.
+TEST_F(TurningLinks, TiedRigidBodiesTurnAsWelded) {
+  for (const double gap : {0.0, 0.002}) {
+    const Vector3 spin(2, 3, 5), way(0.4 + gap, 0, 0);
+    std::string row;
+    for (int k = -1; k <= 1; ++k)
+      row += "  " + std::string(1, static_cast<char>('b' + k)) +
+             ": {component: block, as: rigid, position: " + text(Vector3(k * way)) +
+             ", angular_velocity: " + text(k == 0 ? spin : Vector3(0, 0, 0)) + "}\n";
+    const auto with = [&](const std::string& links, const std::string& more) {
+      return run({.instances = row,
+                  .links = links,
+                  .more = more,
+                  .time = "end: 16, step: 0.02",
+                  .output = "every: 0.4, history: [a.base, c.tip, a.x_max, b.x_min]"});
+    };
+    const std::string fix = ", fix: [x, y, z, rx, ry, rz]}\n";
+    const Ran tied = with("",
+                          "contact: [{between: [a.x_max, b.x_min], tied: true}, {between: "
+                          "[b.x_max, c.x_min], tied: true}]\n"),
+              welded = with(
+                  "  - {between: [a.tip, b.base]" + fix + "  - {between: [b.tip, c.base]" + fix,
+                  "");
+    for (std::size_t i = 0; i < tied.result.time.size(); ++i) {
+      for (const char* end : {"a.base", "c.tip"})
+        EXPECT_LT(
+            (at(tied.monitor(end).mean_position, i) - at(welded.monitor(end).mean_position, i))
+                .norm(),
+            1e-10);
+      EXPECT_NEAR((at(tied.monitor("a.x_max").mean_position, i) -
+                   at(tied.monitor("b.x_min").mean_position, i))
+                      .norm(),
+                  gap, 1e-12);
+    }
+    EXPECT_NEAR(tied.result.total.back(), welded.result.total.back(),
+                1e-11 * welded.result.total.back());
+    EXPECT_LT(drift(tied, &RunResult::OfBody::angular_momentum), 1e-12);
+    EXPECT_LT(test::energy_residual(tied.result), 1e-11);
+  }
+}
+
 // A force on a point, dead or following, is that on the body at the point; so is a moment.
 TEST_F(TurningLinks, LoadsOnPointsTurnOrStay) {
   for (const bool follows : {false, true}) {

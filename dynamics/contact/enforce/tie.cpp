@@ -63,14 +63,15 @@ void add_tie(const ContactSurface& slave, Index slot, const ContactSurface& mast
   ties.points.push_back(point);
 }
 
+constexpr double line_width = 1e-6;  // relative to the length: a narrower set of points is a line
+
 // Free rigid motions of points at positions `x` (n x 3), with all directions tied at each.
 Index free_motions(const Points& x) {
-  constexpr double width = 1e-6;  // relative to the length: a narrower set is a line
   const Points apart = x.rowwise() - x.colwise().mean();
   const Vector3 spread = symmetric_eigenvalues3(apart.transpose() * apart);
   const double least = 1e-24 * x.cwiseAbs2().maxCoeff();  // round-off of the positions
   if (!(spread[2] > least)) return 3;
-  return spread[1] > width * width * spread[2] ? 0 : 1;
+  return spread[1] > line_width * line_width * spread[2] ? 0 : 1;
 }
 
 Points tied_positions(const ContactList& ties, Index first_point, Index slave,
@@ -138,6 +139,7 @@ TieReport tie_surfaces(const ContactSurface& slave, const Points& slave_position
     report.largest_offset = std::max(report.largest_offset, nearest.distance);
   }
   append(found, offsets);
+  report.n_points = static_cast<Index>(found.size());
   if (!found.empty())
     report.free_motions = free_motions(tied_positions(ties, before, slave.body, slave_positions));
   return report;
@@ -180,9 +182,44 @@ TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions,
   report.without_partner = std::count_if(slave.nodes.begin(), slave.nodes.end(),
                                          [&](Index node) { return !held.count(node); });
   append(found, offsets);
+  report.n_points = static_cast<Index>(found.size());
   if (!found.empty())
     report.free_motions = free_motions(tied_positions(ties, before, slave.body, slave_positions));
   return report;
+}
+
+void keep_independent(Index slave, const Points& positions, ContactList& ties, Points& offsets) {
+  const Points x = tied_positions(ties, 0, slave, positions);
+  std::array<Index, 3> at{};
+  (x.rowwise() - x.colwise().mean()).rowwise().squaredNorm().maxCoeff(&at[0]);
+  const Points apart = x.rowwise() - x.row(at[0]);
+  const double length = std::sqrt(apart.rowwise().squaredNorm().maxCoeff(&at[1]));
+  Matrix3 frame = Matrix3::Identity();  // rows: along the line, in the plane, normal to it
+  if (length > 0) frame = contact_frame(apart.row(at[1]).transpose() / length);
+  const Points beside = apart - apart * frame.row(0).transpose() * frame.row(0);
+  const double width = std::sqrt(beside.rowwise().squaredNorm().maxCoeff(&at[2]));
+  const std::size_t n = !(length > 0) ? 1 : width > line_width * length ? 3 : 2;
+  if (n == 3) {
+    frame.row(1) = beside.row(at[2]) / width;
+    frame.row(2) = frame.row(0).cross(frame.row(1));
+  }
+  double area = 0;
+  for (const ContactPoint& point : ties.points) area += point.area;
+  ContactList kept;
+  Points kept_offsets(static_cast<Index>(n), 3);
+  for (std::size_t k = 0; k < n; ++k) {
+    ContactPoint point = ties.points[at[k]];
+    const auto first = ties.terms.begin() + point.first_term;
+    point.frame = frame;
+    point.frame.topRows(static_cast<Index>(k)).setZero();  // what the points before constrain
+    point.area = k == 0 ? area : 0;
+    point.first_term = static_cast<Index>(kept.terms.size());
+    kept.terms.insert(kept.terms.end(), first, first + point.n_terms);
+    kept.points.push_back(point);
+    kept_offsets.row(static_cast<Index>(k)) = offsets.row(at[k]);
+  }
+  ties = std::move(kept);
+  offsets = std::move(kept_offsets);
 }
 
 }  // namespace cbr

@@ -20,6 +20,7 @@ struct TieReport {
   double largest_offset = 0;  // of tied nodes: distance from the face
   // Relative rigid motions that the tie leaves free: 3 for one point, 1 for points on a line.
   Index free_motions = 0;
+  Index n_points = 0;  // that were found
 };
 
 // "2 of its 4 nodes are tied", and free motions: "... along one line only: ..."; empty if it
@@ -42,5 +43,10 @@ TieReport tie_mortar(const ContactSurface& slave, const Points& slave_positions,
                      const ContactSurface& master, const Points& master_positions,
                      const DetectionOptions& options, std::optional<double> tolerance,
                      ContactList& ties, Points& offsets);
+
+// For two rigid bodies: three points that are far apart, with the six rows that are independent; on
+// a line two points, with five. More rows contradict each other at second order in a rotation.
+// `positions`: the slave's; the frames are for these. The first point takes the area of all.
+void keep_independent(Index slave, const Points& positions, ContactList& ties, Points& offsets);
 
 }  // namespace cbr

@@ -89,7 +89,7 @@ std::string contact_line(const BuiltScene& built, Index p) {
   if (pair.law.law == ContactLaw::tied) {
     const Index n = static_cast<Index>(pair.slave->nodes.size()),
                 free = pair.has_state() ? pair.seen().tie_report.without_partner : n;
-    line << ", " << counted(static_cast<Index>(pair.seen().ties.points.size()), "point")
+    line << ", " << counted(pair.seen().tie_report.n_points, "point")
          << " tied, largest offset " << pair.seen().tie_report.largest_offset << ", "
          << counted(free, "node") << " left free";
   }

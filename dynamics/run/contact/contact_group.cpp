@@ -18,7 +18,7 @@ void collect_ties(Simulation& sim, const ContactPair& tied, ContactState& state,
   list.terms.insert(list.terms.end(), pair.ties.terms.begin(), pair.ties.terms.end());
   for (std::size_t i = 0; i < pair.ties.points.size(); ++i) {
     ContactPoint point = pair.ties.points[i];
-    if (tied.turning) point.frame = aim_link(sim, tied, state);
+    point.frame = tied.turning ? aim_link(sim, tied, state) : tie_frame(sim, tied, point);
     point.gap = separation(sim, tied, i, state);
     point.first_term += shift;
     list.points.push_back(point);

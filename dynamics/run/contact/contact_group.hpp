@@ -110,6 +110,9 @@ void hand_lasting_forces(Simulation& simulation, double h, ContactState& state,
 // the sliding point of the first end.
 Matrix3 aim_link(Simulation& simulation, const ContactPair& pair, ContactState& state);
 
+// Frame of a tie in this step. Where it constrains some directions, it rotates with the master.
+Matrix3 tie_frame(const Simulation& simulation, const ContactPair& pair, const ContactPoint& point);
+
 // Separation, at the predicted end of the step, of point i of a tied pair or a link; in the frame
 // of the point.
 Vector3 separation(const Simulation& simulation, const ContactPair& pair, std::size_t i,

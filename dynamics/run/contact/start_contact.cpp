@@ -27,6 +27,13 @@ const Points& start_of(const Simulation& sim, Index contact, ContactState& state
   return start;
 }
 
+// Whether it turns by any angle, and its nodes move as a rigid body. Other bodies that turn have
+// more dofs.
+bool is_rigid(const Simulation& sim, Index contact) {
+  const Body& body = *sim.bodies[sim.contact_nodes[contact].body];
+  return body.turns() && body.n_dofs() == 6;
+}
+
 // Pairs of `all` that are apart are not tied.
 void tie_pair(Simulation& sim, ContactPair& pair, ContactState& state) {
   const Points &slave = start_of(sim, pair.slave->body, state),
@@ -39,6 +46,8 @@ void tie_pair(Simulation& sim, ContactPair& pair, ContactState& state) {
                        offset)
           : tie_surfaces(*pair.slave, slave, *pair.master, master, pair.adjust, ties, offset);
   if (!ties.empty()) {
+    if (is_rigid(sim, pair.slave->body) && is_rigid(sim, pair.master->body))
+      keep_independent(pair.slave->body, slave, ties, offset);
     PairState& now = pair.state();
     now.ties = std::move(ties);
     now.tie_offset = std::move(offset);

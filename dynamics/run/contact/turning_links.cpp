@@ -226,6 +226,12 @@ Matrix3 aim_link(Simulation& sim, const ContactPair& pair, ContactState& state) 
   return rows;
 }
 
+Matrix3 tie_frame(const Simulation& sim, const ContactPair& pair, const ContactPoint& point) {
+  if (pair.is_link || point.frame == Matrix3::Identity()) return point.frame;  // all directions
+  const Body& master = *sim.bodies[sim.contact_nodes[pair.master->body].body];
+  return point.frame * master.turn_now().R.transpose();
+}
+
 Vector3 separation(const Simulation& sim, const ContactPair& pair, std::size_t i,
                    const ContactState& state) {
   if (pair.turning) return link_separation(sim, pair, state);
@@ -235,12 +241,13 @@ Vector3 separation(const Simulation& sim, const ContactPair& pair, std::size_t i
   // The offset between tied surfaces rotates with the master
   Body& master = *sim.bodies[sim.contact_nodes[pair.master->body].body];
   if (!pair.is_link && master.turns()) offset = master.turn_at_end().R * offset;
+  const Matrix3 frame = tie_frame(sim, pair, point);
   Vector3 r = -offset;
   for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t) {
     const ContactTerm& term = of.ties.terms[t];
     r += term.coefficient * state.bodies[term.body].end.row(term.node).transpose();
   }
-  return pair.driven ? Vector3(point.frame * r - pair.driven->shift.end) : point.frame * r;
+  return pair.driven ? Vector3(frame * r - pair.driven->shift.end) : frame * r;
 }
 
 bool renew_springs(const Simulation& sim, const ContactGroup& group, ContactState& state) {

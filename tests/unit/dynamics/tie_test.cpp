@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <random>
 
+#include "common/linalg/dense.hpp"
 #include "tests/unit/dynamics/patch.hpp"
 
 namespace cbr::tie_test {
@@ -95,6 +96,35 @@ TEST(Tie, TheClosestFaceWithinTheTolerance) {
   EXPECT_EQ(t.report.without_partner, without);
   EXPECT_GT(without, 20);
   EXPECT_LT(without, 80);
+}
+
+// Relative rigid motions see as many rows as there are motions: six of a face, five of a line,
+// three of a point.
+TEST(Tie, RigidBodiesKeepTheRowsThatAreIndependent) {
+  for (const Index rank : {6, 5, 3}) {
+    Patch slave = patch(3, 0.003, false), master = patch(2, 0, true);
+    if (rank < 6) slave.body.start.col(1).setConstant(0.4);
+    if (rank < 5) slave.body.start.col(0).setConstant(0.3);
+    Ties t = tied(slave, master);
+    ASSERT_EQ(t.report.n_points, 16);
+    keep_independent(0, slave.body.start, t.list, t.offsets);
+    Matrix rows(3 * static_cast<Index>(t.list.points.size()), 6);
+    double area = 0;
+    for (std::size_t i = 0; i < t.list.points.size(); ++i) {
+      const ContactPoint& point = t.list.points[i];
+      const Vector3 x = slave.body.start.row(t.list.terms[point.first_term].node).transpose();
+      Matrix motions(3, 6);  // of the slave alone
+      motions << Matrix3::Identity(),
+          (Matrix3() << 0, x[2], -x[1], -x[2], 0, x[0], x[1], -x[0], 0).finished();
+      rows.middleRows(3 * static_cast<Index>(i), 3) = point.frame * motions;
+      area += point.area;
+      EXPECT_NEAR((t.offsets.row(static_cast<Index>(i)) - Vector3(0, 0, 0.003).transpose()).norm(),
+                  0, 1e-14);
+    }
+    EXPECT_NEAR(area, 1, 1e-13);
+    EXPECT_EQ((rows.rowwise().norm().array() > 1e-9).count(), rank);
+    EXPECT_EQ((symmetric_eigenvalues(rows * rows.transpose()).array() > 1e-3).count(), rank);
+  }
 }
 
 TEST(Tie, MortarCountsTheNodesThatNothingHolds) {
