@@ -14,8 +14,8 @@ BOUNDS = {
     "lines of product": 84973,
     "files of product": 535,
     "lines of python/cbr": 1979,
-    "lines of tests": 65341,
-    "files of tests": 378,
+    "lines of tests": 65472,
+    "files of tests": 379,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 355,
     "classes derived from Body": 4,

@@ -190,6 +190,10 @@ def blocks(stem):
     return found
 
 
+def command(stem):
+    return ["ccx", "-i", stem.name]
+
+
 def reached(stem):
     """Time of the last increment or table; None before the first."""
     rows = [line.split() for line in pathlib.Path(f"{stem}.sta").read_text().splitlines()[2:]]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Beside the peers: CalculiX and SciPy on our meshes, next to cbr-dyn and cbr-reduce. Every process has one thread; its seconds are those of
+"""Beside the peers: CalculiX, OpenRadioss, Chrono and SciPy, next to cbr-dyn and cbr-reduce. Every process has one thread; its seconds are those of
 the processor, user and system, from start to end. ONLY=REGEX of case, program and setting measures some rows, the others stay; LIMIT is the
 most seconds of a process. As a program it is the reduction by SciPy that the benchmark runs: peers.py STEM MODES
 [symmetric], or the frequencies of all dofs: peers.py STEM reference."""
@@ -20,6 +20,7 @@ import numpy as np
 import yaml
 
 import calculix
+import radioss
 import t1
 from runs import read_csv, read_table, write_csv
 
@@ -30,6 +31,7 @@ CASES = t1.HERE.parent / "cases"
 PARTS = {"ordinary-part": ("ordinary part", "pedestal", "foot", (0.5, 0, -1.0), -1e-6, 2e-4),
          "small-features": ("bracket", "bracket", "contact", (0, 0, 5.0), 20.005e-3, 1e-4)}
 LIMIT = 600
+SOLVERS = {"CalculiX": calculix, "OpenRadioss": radioss}
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
 
 
@@ -56,7 +58,7 @@ def apart(function):
 
 class Job:
     """A row. prepare(): writes what the run reads; command and reduction: words, run in `folder`; judge(): (error in per cent, second
-    figure); stem: of the files of CalculiX; curves(): (times, forces in N, times, energies in per cent) for the plot."""
+    figure); stem: of the files of a solver; curves(): (times, forces in N, times, energies in per cent) for the plot."""
 
     def __init__(self, case, program, setting, folder, prepare, command, judge, reduction=None, stem=None, curves=None):
         self.case, self.program, self.setting, self.folder, self.prepare = case, program, setting, folder, prepare
@@ -69,7 +71,7 @@ class Job:
         found = re.search(r"\*ERROR(?: in)?:?\s*([^*]{,160})", text) or re.search(r"error: (.{,160})", text)
         said = " ".join(found[1].split()) if found else signal.Signals(-code).name if code < 0 else f"exit code {code}"
         stopped = code in (-signal.SIGXCPU, -signal.SIGKILL)
-        at = calculix.reached(self.stem) if self.stem else None
+        at = SOLVERS[self.program].reached(self.stem) if self.stem else None
         return (f"stopped after {os.environ.get('LIMIT') or LIMIT} s" if stopped else f"failed: {said}") + ("" if at is None else f", at {at:.3g} s")
 
     def run(self, repeats):
@@ -117,10 +119,10 @@ def last_speed(t, x):
     return (x[-1] - x[-2]) / (t[-1] - t[-2])
 
 
-def ccx(case, setting, folder, write, judge, curves=None):
-    """write, judge and curves take the path without an ending of the input file."""
-    stem = folder / re.sub(r"\W+", "-", f"{case} {setting}")
-    return Job(case, "CalculiX", setting, folder, lambda: write(stem), ["ccx", "-i", stem.name], lambda: judge(stem), stem=stem, curves=curves and (lambda: curves(stem)))
+def solver(program, case, setting, folder, write, judge, curves=None):
+    """A row of CalculiX or OpenRadioss. write, judge and curves take the path without an ending of the input file."""
+    stem = folder / re.sub(r"\W+", "-", f"{case} {program} {setting}")
+    return Job(case, program, setting, folder, lambda: write(stem), SOLVERS[program].command(stem), lambda: judge(stem), stem=stem, curves=curves and (lambda: curves(stem)))
 
 
 def impact(settings, r):
@@ -132,15 +134,23 @@ def impact(settings, r):
         t1.make_mesh(r, hexes, folder)
         return calculix.Mesh(folder / f"block-{r}.msh")
 
-    def judge(stem):
+    def off(t, *faces):
+        """faces: displacements of the left and the right one."""
         t_ref, s_ref = t1.reference()
-        off, speeds, face = [], [], np.isin(np.arange(len(mesh().nodes)), mesh().sides["contact"][0])
-        for name, sign in (("LEFT", 1), ("RIGHT", -1)):
-            t, x = calculix.path(stem, name, face)
-            # The left face is at -2.5 mm, the right one at 12.7 mm; the plane of symmetry is t1.CENTRE at the start
-            off.append(x[:, 0] - t1.SPEED / 2 * t - sign * (np.interp(t, t_ref, s_ref) - s_ref[0]))
-            speeds.append(last_speed(t, calculix.path(stem, name, mesh().weights())[1][:, 0]))
-        return 200 * np.sqrt(np.mean(np.square(off))) / (t1.SPEED * t1.CONTACT), (speeds[1] - speeds[0]) / t1.SPEED
+        # The left face is at -2.5 mm, the right one at 12.7 mm; the plane of symmetry is t1.CENTRE at the start
+        off = [x - t1.SPEED / 2 * t - sign * (np.interp(t, t_ref, s_ref) - s_ref[0]) for x, sign in zip(faces, (1, -1))]
+        return 200 * np.sqrt(np.mean(np.square(off))) / (t1.SPEED * t1.CONTACT)
+
+    def judge(stem):
+        face = np.isin(np.arange(len(mesh().nodes)), mesh().sides["contact"][0])
+        (t, left), (_, right) = (calculix.path(stem, name, face) for name in ("LEFT", "RIGHT"))
+        speeds = [last_speed(t, calculix.path(stem, name, mesh().weights())[1][:, 0]) for name in ("LEFT", "RIGHT")]
+        return off(t, left[:, 0], right[:, 0]), (speeds[1] - speeds[0]) / t1.SPEED
+
+    def judge_radioss(stem):
+        t, _, nodes = radioss.history(stem)
+        left, right = (mesh().weights() @ of[-1, :, 3] for of in nodes)
+        return off(t, *(of[:, mesh().sides["contact"][0], 0].mean(axis=1) for of in nodes)), (right - left) / t1.SPEED
 
     def ours(model):
         def figures():
@@ -152,6 +162,12 @@ def impact(settings, r):
     def curves(t, force, energy):
         """The energy is that in the frame of the common centre of mass, which has half of it at the start."""
         return t, np.abs(force), t, 100 * (2 * energy / energy[0] - 1)
+
+    def radioss_curves(stem):
+        """The force is the rate of a block's momentum; its mass is that of the energy at the start."""
+        t, energy, nodes = radioss.history(stem)
+        p = 2 * energy[0].sum() / t1.SPEED**2 * nodes[0][:, :, 3] @ mesh().weights()
+        return curves(t, np.gradient(p, t), energy.sum(axis=1))
 
     def our_curves(model):
         with h5py.File(folder / f"{model.stem}.h5") as f:
@@ -166,8 +182,10 @@ def impact(settings, r):
     step = 1e-7 / r
     for setting, options in (("explicit", {}), ("explicit, massless contact", {"contact": "MASSLESS"}), ("implicit", {"implicit": True}),
                              (f"implicit, steps of {step:.2g} s", {"implicit": True, "step": step})):
-        yield ccx(case, setting, folder, lambda stem, options=options: calculix.write_impact(stem.with_suffix(".inp"), mesh(), **options), judge,
-                  lambda stem: curves(*calculix.history(stem, 0)))
+        yield solver("CalculiX", case, setting, folder, lambda stem, options=options: calculix.write_impact(stem.with_suffix(".inp"), mesh(), **options), judge,
+                     lambda stem: curves(*calculix.history(stem, 0)))
+    for setting, options in (("interface 7", {"interface": 7}), ("interface 24", {}), ("interface 24, as an expert", radioss.EXPERT_IMPACT)):
+        yield solver("OpenRadioss", case, setting, folder, lambda stem, options=options: radioss.write_impact(stem, mesh(), **options), judge_radioss, radioss_curves)
 
 
 def part(settings, case, mesh_name, scenes, rivals, friction=""):
@@ -200,13 +218,21 @@ def part(settings, case, mesh_name, scenes, rivals, friction=""):
         t, x = calculix.path(stem, "PART", mesh().weights())
         return off(t, x), -last_speed(t, x[:, 2]) / velocity[2]
 
+    def judge_radioss(stem):
+        t, _, (nodes,) = radioss.history(stem)
+        x = np.einsum("tnk,n->tk", nodes, mesh().weights())
+        return off(t, x[:, :3]), -x[-1, 5] / velocity[2]
+
     for setting, scene in scenes.items():
         # Superelements of all nodes are the same with friction and without
         yield Job(title, "cbr", setting, folder, mesh, dyn(settings, scene), lambda scene=scene: figures(scene),
                   None if setting == "full mesh" else reduce(settings, f"{scene}.yaml"))
     for setting, options in rivals.items():
-        yield ccx(title, setting, folder, lambda stem, options=options: calculix.write_strike(
+        yield solver("CalculiX", title, setting, folder, lambda stem, options=options: calculix.write_strike(
             stem.with_suffix(".inp"), mesh(), side, velocity, height, end, friction=0.3 if friction else 0, **options), judge)
+    for setting, options in (("rigid wall", {}), ("rigid wall, as an expert", radioss.EXPERT)):
+        yield solver("OpenRadioss", title, setting, folder, lambda stem, options=options: radioss.write_strike(
+            stem, mesh(), side, velocity, height, end, friction=0.3 if friction else 0.0, **options), judge_radioss)
 
 
 def rotation(degrees):
@@ -298,7 +324,7 @@ def joint(settings):
     yield Job("lap joint", "cbr", "superelement, 10 modes a part", folder, reference, dyn(settings, "craig-bampton"), lambda: ours("craig-bampton"), reduce(settings, "craig-bampton.yaml"))
     for setting, options in (("surface to surface", {}), ("surface to surface, springs of 1 N/mm, softer contact", {"springs": 1.0, "stiffness": 1e6}),
                              ("node to surface, springs of 1 N/mm", {"springs": 1.0, "contact": "NODE TO SURFACE"})):
-        yield ccx("lap joint", setting, folder, lambda stem, options=options: reference() and calculix.write_joint(stem.with_suffix(".inp"), folder, **options), judge)
+        yield solver("CalculiX", "lap joint", setting, folder, lambda stem, options=options: reference() and calculix.write_joint(stem.with_suffix(".inp"), folder, **options), judge)
 
 
 def reduction(settings, name, mesh, make_mesh, side, modes, steel):
@@ -350,7 +376,7 @@ def reduction(settings, name, mesh, make_mesh, side, modes, steel):
               reduce(settings, mesh.name, "--interface", side, "--modes", str(modes), "--element", "hex8", "--mass", "consistent", *material, "-o", f"{stem}.cbr.h5"), ours)
     for setting, words in (("splu and eigsh, by default", []), ("splu for symmetric patterns, eigsh with its factor", ["symmetric"])):
         yield Job(case, "SciPy", setting, folder, ready, [*scipy, str(modes), *words], theirs)
-    yield ccx(case, "substructure, stiffness alone", folder, lambda path: calculix.write_matrices(path.with_suffix(".inp"), ready(), steel, side), substructure)
+    yield solver("CalculiX", case, "substructure, stiffness alone", folder, lambda path: calculix.write_matrices(path.with_suffix(".inp"), ready(), steel, side), substructure)
 
 
 def with_scipy(stem, modes, symmetric):
@@ -406,10 +432,13 @@ def jobs(settings):
 def versions():
     """Name and version of each peer; what is missing says so."""
     found = {"CalculiX": "not installed (Debian: calculix-ccx)", "SciPy": "not installed (Debian: python3-scipy)",
-             "Chrono": "not installed (chrono.cpp, compiled as peer-chrono)"}
+             "Chrono": "not installed (chrono.cpp, compiled as peer-chrono)", "OpenRadioss": "not installed (starter_linux64_gf and engine_linux64_gf, with RAD_CFG_PATH)"}
     if shutil.which("ccx"):
         said = re.search(r"Version\s+(\S+)", subprocess.run(["ccx", "-v"], capture_output=True, text=True).stdout)
         found["CalculiX"] = said[1] if said else "of an unknown version"
+    if shutil.which("engine_linux64_gf"):
+        said = subprocess.run(["starter_linux64_gf", "-version"], capture_output=True, text=True).stdout
+        found["OpenRadioss"] = f"of {re.search('Date of build : (.*)', said)[1].strip()}"
     if shutil.which("peer-chrono"):
         found["Chrono"] = subprocess.run(["peer-chrono"], capture_output=True, text=True).stdout.strip()
     try:
