@@ -40,7 +40,9 @@ class YamlTreeBuilder final : public YAML::EventHandler {
     if (const std::string problem = name_problem(value); !problem.empty())
       throw InputError(tree_.name_ + ":" + std::to_string(mark.line + 1) + ": '" +
                        printable_name(value) + "' " + problem +
-                       ": write it in UTF-8, without control characters");
+                       (value.find('\n') != std::string::npos && !unclosed().empty()
+                            ? unclosed()
+                            : ": write it in UTF-8, without control characters"));
     YamlTree::Value& scalar = add(YamlTree::Kind::scalar, mark, anchor);
     scalar.quoted = tag == "!";
     scalar.first = tree_.text_.size();
@@ -48,15 +50,24 @@ class YamlTreeBuilder final : public YAML::EventHandler {
     tree_.text_ += value;
   }
   void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
-                       YAML::EmitterStyle::value) override {
-    open(YamlTree::Kind::sequence, mark, anchor);
+                       YAML::EmitterStyle::value style) override {
+    open(YamlTree::Kind::sequence, mark, anchor, style);
   }
   void OnSequenceEnd() override { close(); }
   void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
-                  YAML::EmitterStyle::value) override {
-    open(YamlTree::Kind::map, mark, anchor);
+                  YAML::EmitterStyle::value style) override {
+    open(YamlTree::Kind::map, mark, anchor, style);
   }
   void OnMapEnd() override { close(); }
+
+  // For messages: the innermost list or map in brackets that is open; empty: none.
+  std::string unclosed() const {
+    if (open_.empty() || !open_.back().in_brackets) return "";
+    const YamlTree::Value& value = tree_.values_[open_.back().id];
+    return std::string(": is the ") +
+           (value.kind == YamlTree::Kind::map ? "brace {" : "bracket [") + " of line " +
+           std::to_string(value.line) + " not closed?";
+  }
 
  private:
   YamlTree::Value& add(YamlTree::Kind kind, const YAML::Mark& mark, YAML::anchor_t anchor) {
@@ -77,7 +88,8 @@ class YamlTreeBuilder final : public YAML::EventHandler {
     if (!open_.empty()) waiting_.push_back(id);
   }
 
-  void open(YamlTree::Kind kind, const YAML::Mark& mark, YAML::anchor_t anchor) {
+  void open(YamlTree::Kind kind, const YAML::Mark& mark, YAML::anchor_t anchor,
+            YAML::EmitterStyle::value style) {
     // The parser's own limit gives no line
     constexpr std::size_t deepest = 100;
     if (open_.size() >= deepest)
@@ -85,12 +97,13 @@ class YamlTreeBuilder final : public YAML::EventHandler {
                        ": lists and maps stand in each other more than " + std::to_string(deepest) +
                        " deep: no part of a scene does, is a bracket not closed?");
     add(kind, mark, anchor);
-    open_.emplace_back(static_cast<YamlTree::Id>(tree_.values_.size() - 1), waiting_.size());
+    open_.push_back({static_cast<YamlTree::Id>(tree_.values_.size() - 1), waiting_.size(),
+                     style == YAML::EmitterStyle::Flow});
   }
 
   // What is in it stands together then.
   void close() {
-    const auto [id, first] = open_.back();
+    const auto [id, first, in_brackets] = open_.back();
     open_.pop_back();
     YamlTree::Value& value = tree_.values_[id];
     value.first = tree_.children_.size();
@@ -103,8 +116,12 @@ class YamlTreeBuilder final : public YAML::EventHandler {
   YamlTree& tree_;
   bool is_second_ = false;
   std::vector<YamlTree::Id> anchors_;  // by number, from 1
-  // and where their children begin among those that wait
-  std::vector<std::pair<YamlTree::Id, std::size_t>> open_;
+  struct Open {
+    YamlTree::Id id;
+    std::size_t first;  // of its children among those that wait
+    bool in_brackets;
+  };
+  std::vector<Open> open_;
   std::vector<YamlTree::Id> waiting_;
 };
 
@@ -159,15 +176,16 @@ YamlTree::YamlTree(std::string_view text, std::string name) : name_(std::move(na
     throw InputError(name_ + ": is larger than 4 GB");
   TextBuffer buffer(text);
   std::istream stream(&buffer);
+  YamlTreeBuilder builder(*this);
   try {
     YAML::Parser parser(stream);
-    YamlTreeBuilder builder(*this);
     while (parser.HandleNextDocument(builder)) {
     }
   } catch (const YAML::Exception& error) {
     const std::string line = error.mark.is_null() ? "" : ":" + std::to_string(error.mark.line + 1);
-    throw InputError(name_ + line + ": is not valid YAML: " + error.msg +
-                     (error.mark.is_null() ? "" : cure_of(error, text)));
+    std::string cure = error.mark.is_null() ? "" : cure_of(error, text);
+    if (cure.empty()) cure = builder.unclosed();
+    throw InputError(name_ + line + ": is not valid YAML: " + error.msg + cure);
   }
 }
 

@@ -29,6 +29,10 @@ TEST(SceneErrors, wholeFiles) {
   starts("just words", "impact.yaml:1: found 'just words', expected a map with the keys materials");
   starts("- a\n- b\n", "impact.yaml:1: found a list, expected a map");
   starts("a: [1, 2\nb: {", "impact.yaml:");
+  const std::string says = "is the brace { of line 2 not closed?";
+  for (const char* after : {"", "\n", "c: 3\n", "\nc: 3\n", "\nc: {d: 3}\n"})
+    EXPECT_SAYS(refusal(folder, std::string("a: 1\nb: {d: e\n") + after), says);
+  EXPECT_SAYS(refusal(folder, "a: {b: [1, 2}\n"), "is the bracket [ of line 1 not closed?");
   starts("a: 1\n\tb: 2\n", "impact.yaml:2: is not valid YAML");
   starts(
       full_scene + "---\n" + full_scene,
