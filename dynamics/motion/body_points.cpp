@@ -105,7 +105,8 @@ AverageMaps average_maps(const AveragePoint& point, const Points& positions) {
     throw InputError(
         point.where +
         ": its nodes lie on a line, or are one, and determine no rotation: take a surface, "
-        "or nodes of shells that keep their rotations");
+        "or nodes of shells that keep their rotations: those of a mesh, of basis: craig-bampton "
+        "without condense_rotations, and of sets in reduction: characteristic: {keep: [SET]}");
   AverageMaps maps;
   const Matrix3 arm = cross(point.at - spread.center);
   const Index n = spread.w.size();
