@@ -7,8 +7,10 @@
 #include <utility>
 
 #include "common/base/error.hpp"
+#include "common/base/format_text.hpp"
 #include "common/base/threads.hpp"
 #include "common/linalg/blas_threads.hpp"
+#include "dynamics/contact/surfaces/shared_area.hpp"
 #include "dynamics/run/contact/contact_group.hpp"
 #include "dynamics/run/simulation/run_result.hpp"
 
@@ -310,6 +312,39 @@ struct PushedSprings {
   Vector motion;             // normal motion of the points included in the gaps
 };
 
+// A pressure acts on the area that both surfaces share. Nodes beside an edge of the other would
+// count with all of theirs.
+void share_areas(const ContactPair& pair, const ContactState& state, ContactGroup& group) {
+  for (const ContactSearch& of : group.searches) {
+    const bool is_back = of.memory == &pair.seen().back;
+    const bool at_nodes =
+        is_back ? pair.formulation == Formulation::two_way : of.memory == &pair.seen().memory;
+    if (pair.wall || of.first == of.last || !at_nodes) continue;
+    const ContactSurface &slave = is_back ? *pair.master : *pair.slave,
+                         &master = is_back ? *pair.slave : *pair.master;
+    std::vector<char> has_point(slave.nodes.size(), 0);
+    for (auto i = of.first; i < of.last; ++i) has_point[group.list.points[i].slot] = 1;
+    const Points shared = shared_areas(slave, state.bodies[slave.body].start, master,
+                                       state.bodies[master.body].start, has_point);
+    for (auto i = of.first; i < of.last; ++i) {
+      ContactPoint& point = group.list.points[i];
+      point.area = std::max(0.0, -shared.row(point.slot).dot(point.normal()));
+    }
+  }
+}
+
+void refuse_stiffness(const ContactGroup& group, ContactPair& pair) {
+  double area = 0;
+  for (const ContactPoint& point : group.list.points) area = std::max(area, point.area);
+  const double most = pair.state().penalty.most_stiffness / (pair.penalty.share * area);
+  throw RunError(
+      pair.source->text() + ": contact " + pair.name +
+      format_text(": its 'stiffness' is too high for the step: found %.3g, and with the %zu points "
+                  "that are near now at most %.3g is stable: take a smaller time.step, or "
+                  "'impulse' for hard surfaces",
+                  pair.penalty.pressure.steepest(), group.list.points.size(), most));
+}
+
 void push_springs(Simulation& sim, Index p, double h, bool initial, ContactState& state,
                   ContactOutcome& outcome, StepSeconds& seconds,
                   std::vector<PushedSprings>& pushed) {
@@ -318,14 +353,14 @@ void push_springs(Simulation& sim, Index p, double h, bool initial, ContactState
   if (group.list.empty()) return;
   const Stopwatch watch(seconds.contact);
   ContactPair& pair = sim.pairs[p];
+  if (!pair.penalty.pressure.empty()) share_areas(pair, state, springs.group);
   springs.slip = elastic_slips(group);
   springs.motion = normal_motions(group, state);
   springs.result = enforce_penalty(group.list, group.laws, h, largest_frequency(sim, group) * h,
                                    pair.penalty, state.bodies, pair.state().penalty, springs.slip);
-  if (!pair.penalty.pressure.empty() && std::isinf(springs.result.residual))
-    throw RunError(pair.source->text() + ": contact " + pair.name +
-                   ": its 'stiffness' is too high for the step: take a smaller time.step, or "
-                   "'impulse' for hard surfaces");
+  if (!pair.penalty.pressure.empty() && std::isinf(springs.result.residual) &&
+      std::isfinite(pair.state().penalty.most_stiffness))
+    refuse_stiffness(group, pair);
   deliver(sim, group, false, h, state, outcome);
   book(sim, group, springs.result, state, outcome);
   book_walls(sim, group, springs.result, h, state);

@@ -11,9 +11,11 @@
 #include <random>
 
 #include "common/mesh/surface.hpp"
+#include "dynamics/contact/surfaces/shared_area.hpp"
 #include "dynamics/setup/components/contact_faces.hpp"
 #include "mortar_run.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
+#include "tests/unit/dynamics/patch.hpp"
 
 namespace cbr::test::mortar_test {
 namespace {
@@ -61,6 +63,29 @@ void for_flat_pairs(const std::function<void(FlatPair&)>& visit) {
         visit(pair);
       }
     }
+  }
+}
+
+// The area of a square over a larger one of any mesh, turned and at any place, from both sides.
+TEST(SharedArea, NodesOfBothSidesShareIt) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (const auto& [n, m] : {std::pair{1, 1}, std::pair{4, 3}, std::pair{3, 7}}) {
+    Patch small = patch(n, 0.001, false, 0.5), large = patch(m, 0, true, 2);
+    const Matrix3 turn = Eigen::AngleAxisd(6 * unit(random), Vector3::UnitZ()).toRotationMatrix();
+    small.body.start = small.body.start * turn.transpose();
+    small.body.start.rowwise() += Vector3(1 + 0.2 * unit(random), 1, 0).transpose();
+    const auto total = [](const Patch& a, const Patch& b, const std::vector<char>& has_point) {
+      return Vector3(shared_areas(a.surface, a.body.start, b.surface, b.body.start, has_point)
+                         .colwise()
+                         .sum()
+                         .transpose());
+    };
+    std::vector<char> all(small.surface.nodes.size(), 1), one(large.surface.nodes.size(), 1);
+    EXPECT_LT((total(small, large, all) - Vector3(0, 0, -0.25)).norm(), 1e-13);
+    EXPECT_LT((total(large, small, one) - Vector3(0, 0, 0.25)).norm(), 1e-13);
+    small.body.start.rowwise() += Vector3(3, 0, 0).transpose();
+    EXPECT_EQ(total(small, large, all).norm(), 0);
   }
 }
 
