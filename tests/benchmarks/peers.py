@@ -96,6 +96,8 @@ class Job:
         if phases and "steps" in phases[0]:
             # The program's own clock is of the wall; on a busy machine only its shares mean something
             row["steps_percent"] = statistics.median(100 * phase["steps"] / phase["total"] for phase in phases)
+        elif self.program == "OpenRadioss":
+            row["steps_percent"] = 100 * radioss.steps(self.stem) / seconds[-1]
         row["error_percent"], row["second"] = apart(self.judge)
         return row
 

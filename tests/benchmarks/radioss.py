@@ -76,6 +76,11 @@ def command(stem):
     return ["sh", "-c", f"starter_linux64_gf -i {stem.name}_0000.rad -np 1 -nt 1 && engine_linux64_gf -i {stem.name}_0001.rad -nt 1"]
 
 
+def steps(stem):
+    """Seconds of the engine's cycles."""
+    return float(re.search(r"TOTAL\.+: *(\S+)", (stem.parent / f"{stem.name}_0001.out").read_text())[1])
+
+
 @functools.lru_cache(maxsize=1)
 def history(stem):
     """t (n), energy of each part (n x parts), displacement and velocity of each part's nodes (n x nodes x 6). The momenta and centres of
