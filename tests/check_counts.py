@@ -11,10 +11,10 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 85141,
-    "files of product": 537,
+    "lines of product": 85313,
+    "files of product": 539,
     "lines of python/cbr": 1979,
-    "lines of tests": 65509,
+    "lines of tests": 65534,
     "files of tests": 379,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 355,

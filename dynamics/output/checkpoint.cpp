@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* format_name = "cbr-checkpoint";
 // Increase when the contents of a keep_state() change: older files cannot be read then.
-constexpr const char* format_version = "1.18";
+constexpr const char* format_version = "1.19";
 
 // Hash of all data that a restarted run reads from the file.
 std::string hash_of(const Checkpoint& checkpoint, const std::vector<Index>& words) {

@@ -9,6 +9,7 @@
 
 #include "common/files/state_archive.hpp"
 #include "dynamics/contact/laws/keep_state.hpp"
+#include "dynamics/contact/response/packing.hpp"
 #include "dynamics/contact/response/response.hpp"
 
 namespace cbr {
@@ -177,6 +178,17 @@ std::vector<Index> first_columns(const std::vector<PointLaw>& laws,
                     (has ? search.functions->size() * n_rows(laws[search.first].law) : 0));
   }
   return first;
+}
+
+void take_friction_factors(const ContactUnknowns* before, ContactUnknowns& unknowns) {
+  unknowns.friction_factors.setOnes(unknowns.size());
+  if (before == nullptr || before->friction_factors.size() != before->size()) return;
+  const std::vector<Index> from = match(unknowns.keys, before->keys);
+  for (Index u = 0; u < unknowns.size(); ++u) {
+    if (from[u] < 0) continue;
+    unknowns.friction_factors[u] = before->friction_factors[from[u]];
+    unknowns.laws[u].friction *= unknowns.friction_factors[u];
+  }
 }
 
 class Chooser {
@@ -491,7 +503,8 @@ std::vector<Index> ContactUnknowns::of_searches() const {
 }
 
 void ContactUnknowns::keep_state(StateArchive& archive) {
-  archive(reduced, A, laws, keys, pairs, column, share, values, areas, is_held, depths);
+  archive(reduced, A, laws, keys, pairs, column, share, values, areas, is_held, depths,
+          friction_factors);
 }
 
 Vector ContactUnknowns::guess(const std::vector<PointLaw>& of_points, const Vector& p) const {
@@ -577,6 +590,7 @@ ContactUnknowns choose_unknowns(const ContactList& list, const std::vector<Point
   for (std::size_t s = 0; s < searches.size(); ++s)
     chooser.add(searches[s], static_cast<Index>(s), columns[s]);
   ContactUnknowns unknowns = chooser.finish();
+  take_friction_factors(before, unknowns);
   for (const FunctionsOfSearch& search : searches) unknowns.pairs.push_back(search.pair);
   return unknowns;
 }

@@ -55,6 +55,7 @@ struct ContactUnknowns {
   std::vector<std::size_t> left_out;
   std::vector<ChosenCells> cells;  // per search
   Vector depths;                   // <= 0: gaps at which the unknowns act, kept_depths()
+  Vector friction_factors;         // of mu, per unknown, by the last step: rotating_slip.hpp
 
   Index size() const { return static_cast<Index>(keys.size()); }
   std::vector<Index> of_searches() const;  // number of unknowns per search

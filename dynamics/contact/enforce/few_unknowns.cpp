@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "dynamics/contact/enforce/rotating_slip.hpp"
 #include "dynamics/contact/response/packing.hpp"
 
 namespace cbr {
@@ -359,6 +360,7 @@ Vector solve_few(const ContactList& list, const std::vector<PointLaw>& laws,
   if (form_few(list, laws, unknowns, same_space, from, bodies, memory)) memory.unknowns = unknowns;
   memory.unknowns.laws = unknowns.laws;
   memory.unknowns.depths = depths;
+  memory.unknowns.friction_factors = unknowns.friction_factors;
   memory.solver->take_friction(unknowns.laws);
   solution = memory.solver->solve(g, guess);
   const StaticAnswers known = memory.standing.statics(solution.p);
@@ -420,6 +422,8 @@ EnforcementResult enforce_in_functions(const ContactList& list, const std::vecto
     gap = solve_few(list, laws, searches, g_points, unknowns, true, bodies, memory, solution);
   }
   memory.moves.give(bodies);
+  memory.unknowns.friction_factors =
+      friction_factors(memory.unknowns, list, laws, bodies, gap, memory.x);
   unknowns.remember_cells(searches);
   EnforcementResult result{unpack(unknowns.A * memory.x, laws),
                            unpack(gap, laws),
