@@ -145,6 +145,28 @@ TEST_F(Pressures, AFaceThatSpinsRubsAsWithNodes) {
   EXPECT_NEAR(lost[1][1], lost[0][1], 0.1 * lost[0][1]);
 }
 
+// Statics leave nodes as unknowns, so that bodies at rest stay there. Where all of them slide,
+// functions follow.
+TEST_F(Pressures, AFaceThatSlidesAfterLoadStepsHasFunctions) {
+  Fall pressed;
+  pressed.wall = "plane: {point: [0.01, 0, 0], normal: [1, 0, 0]}, velocity: [0, 0.2, 0]";
+  pressed.velocity = "[0, 0, 0]";
+  pressed.time = ", preload: 2";
+  std::vector<Vector3> momenta;
+  for (const char* pressures : {"nodes", "auto"}) {
+    pressed.contact = ", friction: 0.3, pressures: " + std::string(pressures);
+    const Ran ran = folder_.run(scene_of(pressed) + "loads: [{gravity: [-1, 0, 0]}]\n");
+    momenta.push_back(test::at(ran.body("b").momentum, ran.result.time.size() - 1));
+    EXPECT_LT(test::energy_residual(ran.result), 1e-12);
+    const PairState& state = ran.built.simulation.pairs.front().seen();
+    if (state.n_function_steps == 0) continue;
+    EXPECT_STREQ(pressures, "auto");
+    EXPECT_LT(state.n_unknowns, 169 / 2 * state.n_function_steps);
+  }
+  EXPECT_GT(momenta[0].y(), 0);
+  EXPECT_LT((momenta[1] - momenta[0]).norm(), 3e-3 * momenta[0].norm());
+}
+
 // A part of the face touches. Functions had 5 % of the momentum wrong there, on finer faces 30 %.
 TEST_F(Pressures, AFaceThatLandsTiltedRubsAsWithNodes) {
   Fall sliding;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/files/state_archive.hpp"
+#include "dynamics/contact/laws/friction_law.hpp"
 #include "dynamics/contact/laws/keep_state.hpp"
 #include "dynamics/contact/response/packing.hpp"
 #include "dynamics/contact/response/response.hpp"
@@ -59,11 +60,6 @@ void rows_of_turn(const Turn& turn, Index first, Index d, const Entry& entry) {
   entry(first + 2, d == 1 ? turn.sine : turn.cosine);
 }
 
-// Whether a point had an impulse in the last step.
-bool acted(const ContactPoint& point, const PairMemory& memory) {
-  return point.slot >= 0 && memory.impulse.row(point.slot).dot(point.normal()) > 0;
-}
-
 // Predicted state of the cells of one surface.
 class Cells {
  public:
@@ -83,20 +79,26 @@ class Cells {
     count_.assign(k, 0);
     closed_.assign(k, 1);
     visit([&](Index a, Index slot) { look(static_cast<std::size_t>(a), slot); });
+    for (std::size_t a = 0; a < k; ++a)
+      if (count_[a] == 0) closed_[a] = 0;
     is_possible_ = closed_;
     for (std::size_t a = 0; a < k; ++a)
       if (count_[a] == 0 || !(most_[a] < least_depth * mean_[a] / count_[a])) closed_[a] = 0;
   }
 
-  // Cells with an impulse in the last step remain as they were.
-  void keep(const ChosenCells& before, const PairMemory& memory) {
-    std::vector<char> acts(closed_.size(), 0);
+  // Cells with an impulse in the last step remain as they were, until all of their nodes slide.
+  void keep(const ChosenCells& before, const PairMemory& memory,
+            const std::vector<PointLaw>& laws) {
+    std::vector<char> acts(closed_.size(), 0), all_slid(closed_.size(), 1);
     visit([&](Index a, Index slot) {
       const Index at = point_of(slot);
       if (at >= 0 && acted(list_.points[at], memory)) acts[a] = 1;
+      if (at >= 0 && !slid(list_.points[at], laws[at], memory)) all_slid[a] = 0;
     });
     for (std::size_t a = 0; a < acts.size(); ++a)
-      if (acts[a] != 0) closed_[a] = is_possible_[a] != 0 && before.closed[a] != 0;
+      if (acts[a] != 0)
+        closed_[a] = is_possible_[a] != 0 &&
+                     (all_slid[a] != 0 || (!before.closed.empty() && before.closed[a] != 0));
   }
 
   // Counts cells with a negative mean gap as closed.
@@ -107,7 +109,7 @@ class Cells {
 
   const std::vector<char>& closed() const { return closed_; }
   bool is_closed(Index cell) const { return closed_[cell] != 0; }
-  // Its nodes have one point each, of similar normals.
+  // Its nodes have one point each, of similar normals, or none beside the other face.
   bool is_possible(Index cell) const { return is_possible_[cell] != 0; }
   Index point_of(Index slot) const { return point_[slot]; }
   // The point whose frame the function uses.
@@ -139,7 +141,8 @@ class Cells {
 
   void look(std::size_t cell, Index slot) {
     const Index at = point_of(slot);
-    if (at < 0) {
+    if (at == none) return;
+    if (at == several) {
       closed_[cell] = 0;
       return;
     }
@@ -163,8 +166,8 @@ class Cells {
 // The cells of the last step, if the pair began in equilibrium and still acts; else null.
 const ChosenCells* lasting(const FunctionsOfSearch& search) {
   const PairMemory* memory = search.memory;
-  const bool lasts = memory != nullptr && memory->begins_in_equilibrium &&
-                     !memory->cells.closed.empty() && !memory->impulse.isZero(0);
+  const bool lasts =
+      memory != nullptr && memory->begins_in_equilibrium && !memory->impulse.isZero(0);
   return lasts ? &memory->cells : nullptr;
 }
 
@@ -219,7 +222,7 @@ class Chooser {
     const std::size_t few = std::min(few_points, search.functions->nodes.size() / 2);
     if (!has_functions && n_closing(search) <= few) return add_patch(all, search, number);
     Cells cells(list_, search);
-    if (before != nullptr) cells.keep(*before, *search.memory);
+    if (before != nullptr) cells.keep(*before, *search.memory, laws_);
     std::vector<std::size_t> points = points_beside(cells, search, before != nullptr);
     chosen.whole = points.size() > most || (before != nullptr && before->whole);
     if (chosen.whole) {
@@ -491,6 +494,20 @@ class Chooser {
 };
 
 }  // namespace
+
+bool acted(const ContactPoint& point, const PairMemory& memory) {
+  return point.slot >= 0 && memory.impulse.rows() > 0 &&
+         memory.impulse.row(point.slot).dot(point.normal()) > 0;
+}
+
+bool slid(const ContactPoint& point, const PointLaw& law, const PairMemory& memory) {
+  if (law.law != ContactLaw::coulomb || memory.velocity.rows() == 0 || !acted(point, memory))
+    return false;
+  const Eigen::Vector2d velocity =
+      point.frame.bottomRows<2>() * memory.velocity.row(point.slot).transpose();
+  return velocity.squaredNorm() > 0 &&
+         slides(point.frame * memory.impulse.row(point.slot).transpose(), law.friction);
+}
 
 void keep_state(StateArchive& archive, UnknownKey& key) {
   archive(key.search, key.function, key.slot, key.ordinal);

@@ -26,6 +26,10 @@ struct FunctionsOfSearch {
   bool has_any() const { return last > first && (functions != nullptr || corners != nullptr); }
 };
 
+// In the last step: whether a point had an impulse, and whether it slid (after load steps).
+bool acted(const ContactPoint& point, const PairMemory& memory);
+bool slid(const ContactPoint& point, const PointLaw& law, const PairMemory& memory);
+
 // Identity of an unknown across steps: the search, and the function or the point's slot. Corner
 // functions are numbered after the others.
 struct UnknownKey {

@@ -66,6 +66,8 @@ class RotatingSlip {
   void fit() {
     // A share of slips that are uniform: their directions within a function hardly differ
     constexpr double uniform = 1e-4;
+    // A share of the face: slips of bodies at rest are round-off
+    constexpr double at_rest = 1e-12;
     double impulse = 0, moment = 0, inertia = 0, square = 0;
     Vector3 at = Vector3::Zero(), slip = Vector3::Zero(), normal = Vector3::Zero();
     for (const Mean& mean : means_) {
@@ -85,7 +87,8 @@ class RotatingSlip {
       inertia += mean.impulse * arm.squaredNorm();
       square += mean.impulse * mean.slip.squaredNorm();
     }
-    const bool rotates = inertia > 0 && moment * moment > uniform * inertia * square;
+    const bool rotates =
+        moment * moment > uniform * inertia * square && square > at_rest * at_rest * inertia;
     const Vector3 omega = rotates ? Vector3(moment / inertia * normal) : Vector3::Zero();
     for (const Mean& mean : means_) {
       const Index u = mean.unknown;

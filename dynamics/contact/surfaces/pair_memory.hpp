@@ -73,8 +73,8 @@ struct PairMemory {
   std::array<Points, 4> forces;
   bool begins_in_equilibrium = false;  // the run began with static forces, assumed constant before
   ChosenCells cells;                   // of load steps, and of motion after them
-  // Where friction depends on the slip speed: relative velocities in the last step, by slots, scene
-  // axes; infinite where there was no point
+  // Where friction depends on the slip speed, and after load steps: relative velocities in the last
+  // step, by slots, scene axes; infinite where there was no point, 0 at rest
   Points velocity;
   Points elastic_slip;  // penalty with friction: tangential extension of the springs, scene axes
   // mortar: slave and master face of each pair of faces found by the last search, ascending

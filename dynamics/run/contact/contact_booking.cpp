@@ -301,12 +301,17 @@ void book_walls_in_statics(Simulation& sim, const ContactGroup& group,
 static void remember_slip(const ContactGroup& group, const ContactSearch& of,
                           const EnforcementResult& result, double h, const ContactState& state,
                           ContactPair& pair) {
-  if (!pair.friction.varies()) return;
+  // Of a face: slips of bodies at rest are round-off
+  constexpr double at_rest = 1e-10;
+  const bool is_needed = pair.friction.varies() ||
+                         (of.memory->begins_in_equilibrium && pair.law.law == ContactLaw::coulomb);
+  if (!is_needed) return;
   of.memory->velocity.setConstant(of.memory->offset.size(), 3, HUGE_VAL);
   for (auto i = of.first; i < of.last; ++i) {
     const ContactPoint& point = group.list.points[i];
     Vector3 velocity = Vector3::Zero();
     if (h > 0) velocity = motion_of(pair, group.list, point, state) / h;
+    if (velocity.norm() * h < at_rest * pair.master->size) velocity.setZero();
     of.memory->velocity.row(point.slot) = velocity.transpose();
     const Vector3 p = result.p.row(static_cast<Index>(i));
     const double mu = group.laws[i].friction;

@@ -225,6 +225,7 @@ ContactBody body_on_a_wall(Index n) {
   ContactBody body;
   body.impulses.setZero(n * n, 3);
   body.friction.setZero(n * n, 3);
+  body.end.setZero(n * n, 3);
   body.response.thin = std::make_shared<const ThinResponse>(
       ThinResponse{std::make_shared<const Matrix>(S.topRows(6)), Matrix::Identity(6, 6),
                    std::move(rows), 1e-3, true});
