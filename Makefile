@@ -25,7 +25,7 @@ help:
 	@echo "make sanitize  all tests under the address and undefined-behaviour sanitizers, in build-debug (an hour)"
 	@echo "make bench     run time against error, reduction, skipping, small features: CSV and plots in $(BUILD)/bench (an hour, with r = 4 half an hour more; SMOKE=1: seconds)"
 	@echo "make bench-docs  the tables and plots of docs/benchmarks.md from $(BUILD)/bench"
-	@echo "make bench-peers  cbr beside the peers on PATH (CalculiX, SciPy, Chrono), one thread, processor seconds (hours with CalculiX; ONLY=REGEX: some rows; LIMIT=600: seconds of a process)"
+	@echo "make bench-peers  cbr beside the peers on PATH (CalculiX, OpenRadioss, SciPy, Chrono), one thread, processor seconds (hours with CalculiX; ONLY='T1, r = 0.5; OpenRadioss': some rows, by a regex; LIMIT=600: seconds of a process)"
 	@echo "make peer-decks DECKS=FOLDER  tries every deck of the folder (.inp, .bdf, ...; CalculiX's are Debian's calculix-ccx-test): counts of those read and refused, each answer in $(BUILD)/peer-decks.tsv (some minutes)"
 	@echo "make bench-contact  seconds a step against contact nodes, 100 to 10 000, by phase (5 minutes)"
 	@echo "make test      packages, build, all tests"

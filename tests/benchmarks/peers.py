@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Beside the peers: CalculiX, OpenRadioss, Chrono and SciPy, next to cbr-dyn and cbr-reduce. Every process has one thread; its seconds are those of
-the processor, user and system, from start to end. ONLY=REGEX of case, program and setting measures some rows, the others stay; LIMIT is the
-most seconds of a process. As a program it is the reduction by SciPy that the benchmark runs: peers.py STEM MODES
-[symmetric], or the frequencies of all dofs: peers.py STEM reference."""
+the processor, user and system, from start to end. ONLY=REGEX of "case; program; setting" measures some rows, the others stay; LIMIT: seconds of a
+process. As a program it is the reduction by SciPy: peers.py STEM MODES [symmetric], or frequencies of all dofs: peers.py STEM reference."""
 import functools
+import importlib.util
 import multiprocessing
 import os
 import re
@@ -68,7 +68,7 @@ class Job:
     def why(self, code):
         """Of a run that did not end well: its message, and how far it came."""
         text = (self.folder / "log.txt").read_text(errors="replace")
-        found = re.search(r"\*ERROR(?: in)?:?\s*([^*]{,160})", text) or re.search(r"error: (.{,160})", text)
+        found = re.search(r"\*ERROR(?: in)?:?\s*([^*]{,160})", text) or re.search(r"[Ee]rror: (.{,160})", text)
         said = " ".join(found[1].split()) if found else signal.Signals(-code).name if code < 0 else f"exit code {code}"
         stopped = code in (-signal.SIGXCPU, -signal.SIGKILL)
         at = SOLVERS[self.program].reached(self.stem) if self.stem else None
@@ -438,16 +438,14 @@ def versions():
     if shutil.which("ccx"):
         said = re.search(r"Version\s+(\S+)", subprocess.run(["ccx", "-v"], capture_output=True, text=True).stdout)
         found["CalculiX"] = said[1] if said else "of an unknown version"
-    if shutil.which("engine_linux64_gf"):
+    if shutil.which("starter_linux64_gf") and shutil.which("engine_linux64_gf") and "RAD_CFG_PATH" in os.environ:
         said = subprocess.run(["starter_linux64_gf", "-version"], capture_output=True, text=True).stdout
-        found["OpenRadioss"] = f"of {re.search('Date of build : (.*)', said)[1].strip()}"
+        found["OpenRadioss"] = f"built {re.search('Date of build : (.*)', said)[1].strip()}"
     if shutil.which("peer-chrono"):
         found["Chrono"] = subprocess.run(["peer-chrono"], capture_output=True, text=True).stdout.strip()
-    try:
+    if importlib.util.find_spec("scipy"):
         import scipy
-        found["SciPy"] = scipy.__version__
-    except ImportError:
-        pass
+        found["SciPy"] = scipy.__version__ if shutil.which("ccx") else "not measured: its matrices need CalculiX"
     return found
 
 
@@ -472,6 +470,8 @@ def measure(settings, say=print):
             for file, rows, columns in ((path, [row], COLUMNS), (curves, new, [*KEY, "curve", "t", "value"])):
                 write_csv(file, [r for r in read_csv(file) if tuple(r[column] for column in KEY) != key] + rows, columns)
             say(f"  {'; '.join(key)}: {row.get('seconds', '')} s, {row.get('error_percent', '')} % {row['note']}")
+    if not any(only.search("; ".join(row[column] for column in KEY)) for row in read_csv(path)):
+        sys.exit(f"peers.py: no row matches ONLY={only.pattern}; rows are \"case; program; setting\", and make needs $$ for $")
 
 
 if __name__ == "__main__":
