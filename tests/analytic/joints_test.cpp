@@ -282,6 +282,32 @@ TEST_P(Joints, AContactHasItsStiffness) {
               "found 1e+12, and with the");
 }
 
+// A stiff block falls on a coarse slab: it rebounds by the pressure on its face, whichever side has
+// the nodes, and of whatever mesh.
+TEST(ContactStiffness, ActsOnTheAreaThatIsShared) {
+  test::SceneFolder folder;
+  folder.add("slab.exo", test::block_mesh({{4, 4, 1}, Vector3(1, 1, 0.25)}));
+  folder.add("block.exo", test::block_mesh({{2, 2, 1}, Vector3(0.5, 0.5, 0.25)}));
+  const double omega = std::sqrt(1e7 * 0.25 / 62.5);
+  for (const char* how : {"node-face", "two-way"}) {
+    const Ran ran = folder.run(
+        "materials: {m: {youngs_modulus: 1.0e12, poissons_ratio: 0, density: 1000}}\n"
+        "components: {slab: {mesh: slab.exo, material: m}, block: {mesh: block.exo, material: "
+        "m}}\n"
+        "instances:\n"
+        "  slab: {component: slab, as: mesh, position: [0, 0, -0.25]}\n"
+        "  block: {component: block, as: mesh, position: [0.25, 0.25, 0], velocity: [0, 0, -0.1]}\n"
+        "boundary: [{instance: slab, nodes: z_min, fix: [x, y, z]}]\n"
+        "contact: [{between: [slab.z_max, block.z_min], enforcement: penalty, stiffness: 1.0e7, "
+        "formulation: " +
+        std::string(how) + "}]\ntime: {end: 0.015}\noutput: {every: 0.001}\n");
+    for (std::size_t i = 0; i < ran.result.time.size(); ++i)
+      EXPECT_NEAR(test::at(ran.body("block").momentum, i)[2],
+                  -6.25 * std::cos(omega * ran.result.time[i]), 0.01 * 6.25)
+          << how;
+  }
+}
+
 // A support that moves by a table drags the bar: its end is there, and its work is all of the bar's
 // energy.
 TEST_P(Joints, TheGroundOfALinkMoves) {
