@@ -69,16 +69,15 @@ class RotatingSlip {
     // A share of the face: slips of bodies at rest are round-off
     constexpr double at_rest = 1e-12;
     double impulse = 0, moment = 0, inertia = 0, square = 0;
-    Vector3 at = Vector3::Zero(), slip = Vector3::Zero(), normal = Vector3::Zero();
+    Vector3 at = Vector3::Zero(), slip = Vector3::Zero();
     for (const Mean& mean : means_) {
       impulse += mean.impulse;
       at += mean.impulse * mean.at;
       slip += mean.impulse * mean.slip;
-      each_point(mean.unknown, [&](double, const ContactPoint& point, Index) {
-        if (normal.isZero(0)) normal = point.normal();
-      });
     }
-    if (!(slip.squaredNorm() >= 0 && impulse > 0)) return;
+    if (means_.empty()) return;
+    const SparseMatrix::InnerIterator first(unknowns_.A, first_[means_.front().unknown]);
+    const Vector3 normal = list_.points[point_of_row_[first.row()]].normal();
     at /= impulse;
     slip /= impulse;
     for (const Mean& mean : means_) {
