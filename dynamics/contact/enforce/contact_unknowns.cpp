@@ -25,7 +25,8 @@ constexpr double reach_of_points = 0.5;
 constexpr double same_way = 0.866;
 // Points in addition to the functions of a search: W grows by one row each, by three with friction.
 // A patch of no more closing points than few_points, and than half of the face, has points alone:
-// functions of the part of a face that lands tilted had 30 % of the momentum wrong. Beyond
+// functions of the part of a face that lands tilted had 30 % of the momentum wrong. Nor are there
+// functions where half of as many unknowns as points would remain: W is nearly singular. Beyond
 // most_points functions are whole: more points cost more than they mend
 // (docs/decisions/pressures.md).
 constexpr std::size_t few_points = 100, most_points = 400, most_points_with_friction = 150;
@@ -224,6 +225,11 @@ class Chooser {
     Cells cells(list_, search);
     if (before != nullptr) cells.keep(*before, *search.memory, laws_);
     std::vector<std::size_t> points = points_beside(cells, search, before != nullptr);
+    const auto n_functions =
+        static_cast<std::size_t>(std::count(cells.closed().begin(), cells.closed().end(), 1));
+    if (before == nullptr && all.size() > few_points &&
+        2 * (n_functions + points.size()) > all.size())
+      return add_patch(all, search, number);
     chosen.whole = points.size() > most || (before != nullptr && before->whole);
     if (chosen.whole) {
       cells.close_means();
