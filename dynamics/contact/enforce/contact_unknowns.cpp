@@ -26,8 +26,8 @@ constexpr double same_way = 0.866;
 // Points in addition to the functions of a search: W grows by one row each, by three with friction.
 // A patch of no more closing points than few_points, and than half of the face, has points alone:
 // functions of the part of a face that lands tilted had 30 % of the momentum wrong. Nor are there
-// functions where half of as many unknowns as points would remain: W is nearly singular. Beyond
-// most_points functions are whole: more points cost more than they mend
+// functions where more than half as many unknowns as points would remain: they saved no time.
+// Beyond most_points functions are whole: more points cost more than they mend
 // (docs/decisions/pressures.md).
 constexpr std::size_t few_points = 100, most_points = 400, most_points_with_friction = 150;
 
