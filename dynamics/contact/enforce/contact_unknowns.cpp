@@ -84,7 +84,7 @@ class Cells {
       if (count_[a] == 0) closed_[a] = 0;
     is_possible_ = closed_;
     for (std::size_t a = 0; a < k; ++a)
-      if (count_[a] == 0 || !(most_[a] < least_depth * mean_[a] / count_[a])) closed_[a] = 0;
+      if (!(most_[a] < least_depth * mean_[a] / count_[a])) closed_[a] = 0;
   }
 
   // Cells with an impulse in the last step remain as they were, until all of their nodes slide.

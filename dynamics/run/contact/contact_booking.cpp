@@ -303,9 +303,9 @@ static void remember_slip(const ContactGroup& group, const ContactSearch& of,
                           ContactPair& pair) {
   // Of a face: slips of bodies at rest are round-off
   constexpr double at_rest = 1e-10;
-  const bool is_needed = pair.friction.varies() ||
-                         (of.memory->begins_in_equilibrium && pair.law.law == ContactLaw::coulomb);
-  if (!is_needed) return;
+  const bool may_take_functions =
+      pair.functions && of.memory->begins_in_equilibrium && pair.law.law == ContactLaw::coulomb;
+  if (!pair.friction.varies() && !may_take_functions) return;
   of.memory->velocity.setConstant(of.memory->offset.size(), 3, HUGE_VAL);
   for (auto i = of.first; i < of.last; ++i) {
     const ContactPoint& point = group.list.points[i];
