@@ -11,7 +11,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 85358,
+    "lines of product": 85372,
     "files of product": 539,
     "lines of python/cbr": 1979,
     "lines of tests": 65583,

@@ -29,6 +29,8 @@ constexpr double touching = 1e-9;
 // Times the largest diagonal entry of B^T B: closed points do not resist motions below it.
 constexpr double no_grip = 1e-10;
 constexpr int most_moves = 40;
+// Relative to an imbalance: change by a motion that contact does not resist.
+constexpr double unresisted = 1e-9;
 // Times the mean diagonal entry of W, added to a matrix that may be singular.
 constexpr double regular = 1e-12;
 
@@ -232,7 +234,7 @@ StaticSystem::Solution StaticSystem::solve(const Vector& g, const Vector& c, con
 Vector StaticSystem::press(const Vector& g, const Vector& c, double most_way, Solution& solution) {
   Vector p = solution.p(contact_rows_), moved = Vector::Zero(N_.cols());
   if (p.size() == 0) return unheld_moves(c, N_, solution.largest_force, most_way);
-  if (!newton(g, c, most_way, solution.largest_force, p, moved) ||
+  if (slides_ || !newton(g, c, most_way, solution.largest_force, p, moved) ||
       largest(times(N_, moved)) > most_way) {
     solution.fallback = true;
     p = solution.p(contact_rows_);
@@ -369,15 +371,25 @@ Vector StaticSystem::search(const Vector& g, const Vector& c, double most_way, d
   // A new solver: state from other right-hand sides would make restarts differ in bits
   ContactSolver solver(sprung_->W, contact_laws_);
   double hold = least_hold, before = HUGE_VAL;
+  Vector r_before;
+  slides_ = false;
   for (int k = 0;; ++k) {
     const ContactSolution of_contact = solver.solve(g + B * (moved + spring_ * c), p);
     p = of_contact.p;
     const Vector r = c + B.transpose() * p, here = moved + spring_ * r;
     const double acts = acting_force(B, p, force);
     const bool is_far = largest(times(N_, moved)) >= (1 - 1e-9) * most_way;
-    if (!(largest(r) > balanced * acts))
+    if (!(largest(r) > balanced * acts)) {
+      slides_ = false;
       return without_drift(set_bases(*sprung_, contact_set(*sprung_, p, of_contact.gap)), here);
+    }
     if (k == most_moves || (is_far && k > 0)) return here;
+    slides_ = k > 0 && largest(r - r_before) <= unresisted * largest(r);
+    r_before = r;
+    if (slides_) {
+      moved += r * ((most_way - largest(times(N_, moved))) / largest(times(N_, r)));
+      continue;
+    }
     hold = largest(r) > slow * before ? std::max(more_hold, 1e3 * hold)
                                       : std::max(least_hold, 1e-3 * hold);
     before = largest(r);

@@ -72,6 +72,8 @@ class StaticSystem {
   double spring_ = 0;  // length per force
   ContactProblem problem_;
   std::optional<ContactProblem> sprung_;  // formed on demand
+  // The last motions changed no force, as all points slide. Newton's method would not converge.
+  bool slides_ = false;
 };
 
 }  // namespace cbr
