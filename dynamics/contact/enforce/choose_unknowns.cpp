@@ -19,9 +19,10 @@ constexpr double reach_of_points = 0.5;
 // A patch of no more closing points than few_points, and than half of the face, has points alone:
 // functions of the part of a face that lands tilted had 30 % of the momentum wrong. Nor are there
 // functions where more than half as many unknowns as points would remain: they saved no time.
-// Beyond most_points functions are whole: more points cost more than they mend.
-// (docs/decisions/pressures.md).
-constexpr std::size_t few_points = 100, most_points = 400, most_points_with_friction = 150;
+// Beyond most_points functions are whole: more points cost more than they mend. With friction, the
+// deepest few suffice beside them (docs/decisions/pressures.md).
+constexpr std::size_t few_points = 100, most_points = 400, most_points_with_friction = 150,
+                      deepest_with_friction = 40;
 
 // Times the root of a function's area. flat_enough: largest difference of gaps among its nodes;
 // single nodes penetrate by about half of it. closed_enough: largest gap at which a function
@@ -89,7 +90,7 @@ class Chooser {
       if (before != nullptr && before->whole)
         points = points_of(before->slots, cells);
       else
-        keep_deepest(most, points);
+        keep_deepest(friction ? deepest_with_friction : most, points);
       for (const std::size_t i : points) chosen.slots.push_back(list_.points[i].slot);
     }
     chosen.closed = cells.closed();
