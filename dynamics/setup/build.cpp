@@ -216,7 +216,9 @@ class Builder {
     of.n_following = made.n_following;
     of.why_linear = plan.why_linear;
     of.damping = plan.damping;
-    built_.notes.insert(built_.notes.end(), made.notes.begin(), made.notes.end());
+    for (const std::string& note : made.notes)
+      if (std::find(built_.notes.begin(), built_.notes.end(), note) == built_.notes.end())
+        built_.notes.push_back(note);
     of.modes = made.modes;
     if (plan.damping.material.alpha > 0) built_.momentum_is_kept = false;
     of.n_shell_faces = plan.n_shell_faces;

@@ -150,7 +150,7 @@ TEST(Spin, WithoutMomentsABodyTurnsAndSaysSo) {
     return all;
   };
   EXPECT_EQ(notes("modes: 4"), "");
-  EXPECT_SAYS(notes("modes: 4, basis: massless"), "'b' turns without the forces of its spin");
+  EXPECT_SAYS(notes("modes: 4, basis: massless"), "' turns without the forces of its spin");
 }
 
 }  // namespace

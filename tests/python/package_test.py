@@ -255,7 +255,7 @@ class Package(unittest.TestCase):
         scene = block("characteristic")
         run = scene.run(self.folder / "told.yaml", bin=BIN, progress=told.append)
         text = "\n".join(told)
-        for words in ("instance left", "energy: ", "results: told.h5"):
+        for words in ("instances left, right: ", "energy: ", "results: told.h5"):
             self.assertIn(words, text)
         self.assertGreater(len(run.time), 1)
         scene["time"] = {"end": -1}

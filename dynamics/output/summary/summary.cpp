@@ -7,6 +7,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "common/base/error.hpp"
 #include "common/base/format_text.hpp"
 #include "common/scene/scene_words.hpp"
 
@@ -226,16 +227,32 @@ std::string following_text(const BuiltScene::OfInstance& of) {
   return " (" + std::to_string(of.n_following) + " faster ones follow contact as statics)";
 }
 
+// Equal instances share a line: up to three of them by name.
 void instance_lines(const BuiltScene& built, Report& report) {
+  constexpr std::size_t named = 3;
+  std::vector<std::pair<std::string, std::vector<std::string>>> lines;
   for (std::size_t b = 0; b < built.instances.size(); ++b) {
     const Body& body = *built.simulation.bodies[b];
     std::ostringstream line;
-    line << "instance " << body.name() << ": component " << built.instances[b].component << ", "
-         << kind_of(built.instances[b]) << ", " << body.n_dofs() << " dofs"
-         << following_text(built.instances[b]) << ", "
+    line << ": component " << built.instances[b].component << ", " << kind_of(built.instances[b])
+         << ", " << body.n_dofs() << " dofs" << following_text(built.instances[b]) << ", "
          << (built.simulation.is_static ? "statics"
                                         : word_of(integrator_words, integrator_of(body.scheme())));
-    report.line(line.str());
+    const auto same = std::find_if(lines.begin(), lines.end(),
+                                   [&](const auto& of) { return of.first == line.str(); });
+    if (same == lines.end())
+      lines.push_back({line.str(), {body.name()}});
+    else
+      same->second.push_back(body.name());
+  }
+  for (auto& [text, names] : lines) {
+    const std::size_t n = names.size();
+    names.resize(std::min(n, named));
+    report.line((n > 1 ? "instances " : "instance ") + join(names) +
+                (n > named ? " and " + std::to_string(n - named) + " more" : "") + text);
+  }
+  for (std::size_t b = 0; b < built.instances.size(); ++b) {
+    const Body& body = *built.simulation.bodies[b];
     if (built.simulation.is_static) continue;  // not needed: there are no steps
     const double omega = body.largest_frequency();
     std::ostringstream detail;

@@ -61,9 +61,9 @@ Rotations resolved(const Scene& scene, bool wants_large) {
 std::vector<std::string> notes_of_spin(const Instance& instance, const Superelement& superelement,
                                        const ModalBody& body) {
   std::vector<std::string> notes;
-  const std::string name = "instance '" + instance.name + "'";
   if (!body.frame()->feels_spin()) {
-    notes.push_back(name + " turns without the forces of its spin on its modes: " +
+    notes.push_back("component '" + instance.component +
+                    "' turns without the forces of its spin on its modes: " +
                     (superelement.has_interface_matrices()
                          ? "its superelement file is older than 1.8 (cbr-reduce --force)"
                          : "basis " + superelement.basis + " does not know them"));
@@ -73,7 +73,7 @@ std::vector<std::string> notes_of_spin(const Instance& instance, const Superelem
   const double spin = instance.angular_velocity.norm();
   if (spin > 0.1 * lowest)
     notes.push_back(
-        name + " spins at " + number_text(spin) +
+        "instance '" + instance.name + "' spins at " + number_text(spin) +
         " rad/s, more than a tenth of its lowest frequency of " + number_text(lowest) + " rad/s: " +
         (body.frame()->has_coupling() ? "stiffening by the spin is left out"
                                       : "Coriolis forces and stiffening by the spin are left "

@@ -64,7 +64,7 @@ TEST_F(Summary, SaysBeforeTheStepsWhatIsToBeDone) {
                                 "time: {end: 0.01, step: 1.0e-4}\noutput: {every: 0.001}\n");
   EXPECT_TRUE(has(text, "steps: 100 of 0.0001 s to t = 0.01 s, 216 dofs in 2 instances")) << text;
   EXPECT_LT(text.find("steps: 100"), text.find("energy: ")) << text;
-  EXPECT_LT(text.find("instance left"), text.find("steps: 100")) << text;
+  EXPECT_LT(text.find("instances left, right: component block, "), text.find("steps: 100")) << text;
 }
 
 TEST_F(Summary, CountsAllLoadStepsOfStatics) {
