@@ -51,20 +51,6 @@ void StateArchive::expect(Index value) {
   if (kept != value) refuse(name_);
 }
 
-void StateArchive::first_columns(Matrix& values, Index n) {
-  const Index rows = size(values.rows(), sizeof(double)),
-              columns = size(values.cols(), sizeof(double));
-  if (n > columns) refuse(name_);
-  if (restores_) values.setZero(rows, columns);
-  bytes(values.data(), sizeof(double) * static_cast<std::size_t>(rows * n));
-}
-
-void StateArchive::one(std::string& text) {
-  std::vector<char> letters(text.begin(), text.end());
-  one(letters);
-  text.assign(letters.begin(), letters.end());
-}
-
 void StateArchive::one(SparseMatrix& matrix) {
   if (!restores_) matrix.makeCompressed();
   Index rows = matrix.rows(), columns = matrix.cols();

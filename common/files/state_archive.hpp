@@ -46,9 +46,6 @@ class StateArchive {
   }
   // A value that must be the same when restoring and when saving. InputError when it is not.
   void expect(Index value);
-  // The first columns of a matrix whose others have no meaning: they are left as they are, 0 when
-  // the matrix is new.
-  void first_columns(Matrix& values, Index n);
 
  private:
   template <typename T>
@@ -101,7 +98,6 @@ class StateArchive {
     for (const Index key : keys) one(values[key]);
   }
 
-  void one(std::string& text);
   void one(SparseMatrix& matrix);
 
   std::vector<Index> words_;

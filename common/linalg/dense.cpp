@@ -190,10 +190,6 @@ SymmetricEigen taken(const Eigen::SelfAdjointEigenSolver<Matrix>& solver) {
 
 }  // namespace
 
-Matrix SymmetricEigen::root() const {
-  return vectors * values.cwiseSqrt().asDiagonal() * vectors.adjoint();
-}
-
 SymmetricEigen symmetric_eigen(const Matrix& A) {
   if (A.size() == 0) return {Vector(0), Matrix(0, 0)};  // Eigen would read the first entry
   return taken(Eigen::SelfAdjointEigenSolver<Matrix>(A));

@@ -148,8 +148,6 @@ struct SymmetricEigen {
   Vector values;
   Matrix vectors;
   bool converged = true;
-
-  Matrix root() const;  // A^1/2, symmetric
 };
 SymmetricEigen symmetric_eigen(const Matrix& A);
 Vector symmetric_eigenvalues(const Matrix& A);

@@ -35,14 +35,6 @@ void advise(const void* start, std::size_t bytes) {
 
 }  // namespace
 
-void prefer_huge_pages(const Matrix& A) {
-  advise(A.data(), sizeof(double) * static_cast<std::size_t>(A.size()));
-}
-
-void prefer_huge_pages(const void* start, double bytes) {
-  advise(start, static_cast<std::size_t>(bytes));
-}
-
 void keep_heap_on_huge_pages(double ahead) {
   constexpr int most_mappings = 65536, never = -1;  // the first is the C library's own default
   mallopt(M_MMAP_THRESHOLD, 1 << 28);
@@ -74,7 +66,7 @@ void return_unused_heap(double at_least) {
 
 Matrix on_huge_pages(Index rows, Index columns) {
   Matrix A(rows, columns);
-  prefer_huge_pages(A);
+  advise(A.data(), sizeof(double) * static_cast<std::size_t>(A.size()));
   return A;
 }
 
