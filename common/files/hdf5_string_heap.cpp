@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -115,23 +116,29 @@ bool look_through(const std::filesystem::path& file, std::uint64_t file_size) {
 
 bool is_sound(const std::filesystem::path& file, bool whole, const std::function<void()>& visit) {
   // A file is opened several times, for its hash, its light parts, its matrices: one look at its
-  // bytes is enough
-  using Seen =
-      std::tuple<std::filesystem::path, std::uint64_t, std::filesystem::file_time_type, bool>;
+  // bytes is enough, and one visit of each kind
+  using File = std::tuple<std::filesystem::path, std::uint64_t, std::filesystem::file_time_type>;
+  struct Known {
+    bool has_sound_bytes = false;
+    std::optional<bool> survives[2];  // a visit of the root's attributes, of the whole file
+  };
   static std::mutex mutex;
-  static std::map<Seen, bool> known;
+  static std::map<File, Known> all;
   std::error_code error;
   const std::uint64_t size = std::filesystem::file_size(file, error);
   if (error) return false;
-  const Seen seen{std::filesystem::absolute(file, error), size,
-                  std::filesystem::last_write_time(file, error), whole};
+  const auto written = std::filesystem::last_write_time(file, error);
+  if (error) return false;
   const std::scoped_lock lock(mutex);
-  const auto it = known.find(seen);
-  if (it != known.end() && !error) return it->second;
   constexpr std::size_t most = 10000;
-  if (known.size() >= most) known.clear();
-  return known[seen] = look_through(file, size) &&
-                       survives_in_child(file.string(), visit, seconds_to_read(size));
+  if (all.size() >= most) all.clear();
+  const auto [it, is_new] = all.try_emplace({std::filesystem::absolute(file), size, written});
+  Known& known = it->second;
+  if (is_new) known.has_sound_bytes = look_through(file, size);
+  std::optional<bool>& survives = known.survives[whole ? 1 : 0];
+  if (known.has_sound_bytes && !survives)
+    survives = survives_in_child(file.string(), visit, seconds_to_read(size));
+  return known.has_sound_bytes && *survives;
 }
 
 }  // namespace cbr::hdf5
