@@ -127,7 +127,8 @@ SceneNode SceneNode::item(std::size_t i) const {
 }
 
 std::size_t SceneNode::list_size() const {
-  if (!is_list()) fail("found " + found() + ", expected a list");
+  if (!is_list())
+    fail("found " + found() + ", expected a list" + (is_map() ? ": begin each entry with '- '" : ""));
   return tree_->size(id_);
 }
 

@@ -451,7 +451,7 @@ const std::vector<Mistake> mistakes = {
      "[0.5, 0, 2], angular_velocity: [0, 3, 0], about: [1, 2, 3], history: "
      "{time: [0, 1e-6, 3e-6], value: [0, 1, 0]}}",
      "boundary: {instance: left}",
-     {"boundary: found a map, expected a list"}},
+     {"boundary: found a map, expected a list: begin each entry with '- '"}},
     {"  steel:", "  [a]:", {"impact.yaml:2: materials: a key is not a plain word"}},
     {"time: {end", "time: {<<: 1, end", {"time: merge key"}},
 };
