@@ -13,26 +13,17 @@ constexpr double most_comparisons = 2e6;  // of a node and a face: a few hundred
 
 // Least distance of nodes of `a` from faces of `b`, if below `least`.
 double from_nodes_to_faces(const PlacedSurface& a, const PlacedSurface& b, double least) {
-  const Index n_faces = b.surface.faces.rows();
-  Points centres(n_faces, 3);
-  Vector radii(n_faces);
-  for (Index f = 0; f < n_faces; ++f) {
-    const Points corners = b.points(b.surface.faces.row(f), Eigen::all);
-    centres.row(f) = corners.colwise().mean();
-    radii[f] = std::sqrt((corners.rowwise() - centres.row(f)).rowwise().squaredNorm().maxCoeff());
-  }
-  const double all = static_cast<double>(a.surface.nodes.size()) * static_cast<double>(n_faces);
+  const NearFaces faces(b.surface, b.points);
+  const double all =
+      static_cast<double>(a.surface.nodes.size()) * static_cast<double>(faces.size());
   const auto stride = static_cast<std::size_t>(std::max(1.0, std::ceil(all / most_comparisons)));
   for (std::size_t i = 0; i < a.surface.nodes.size(); i += stride) {
     const Vector3 x = a.points.row(a.surface.nodes[i]).transpose() + a.shift - b.shift;
-    for (Index f = 0; f < n_faces; ++f) {
-      const double reach = least + radii[f];
-      if ((centres.row(f).transpose() - x).squaredNorm() > reach * reach) continue;
-      const auto corner = [&](Index k) { return Vector3(b.points.row(b.surface.faces(f, k))); };
-      for (Index half = 0; half < (is_triangle(b.surface, f) ? 1 : 2); ++half)
-        least = std::min(
-            least, (x - nearest_point({corner(0), corner(1 + half), corner(2 + half)}, x)).norm());
-    }
+    for (Index f = 0; f < faces.size(); ++f)
+      if (faces.may_be_nearer(f, x, least))
+        faces.triangles(f, [&](const Triangle& t) {
+          least = std::min(least, (x - nearest_point(t, x)).norm());
+        });
   }
   return least;
 }
@@ -67,6 +58,18 @@ double from_edges_to_edges(const PlacedSurface& a, const PlacedSurface& b, doubl
 }
 
 }  // namespace
+
+NearFaces::NearFaces(const ContactSurface& surface, const Points& points)
+    : surface_(surface),
+      points_(points),
+      centres_(surface.faces.rows(), 3),
+      radii_(surface.faces.rows()) {
+  for (Index f = 0; f < size(); ++f) {
+    const Points corners = points(surface.faces.row(f), Eigen::all);
+    centres_.row(f) = corners.colwise().mean();
+    radii_[f] = std::sqrt((corners.rowwise() - centres_.row(f)).rowwise().squaredNorm().maxCoeff());
+  }
+}
 
 Vector3 nearest_point(const Triangle& t, const Vector3& x) {
   const Vector3 a = t[1] - t[0], b = t[2] - t[0], r = x - t[0];
