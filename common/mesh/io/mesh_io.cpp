@@ -49,6 +49,10 @@ Format found_format(const std::filesystem::path& file) {
   return format;
 }
 
+DeckLines::Kind deck_kind(const std::filesystem::path& deck) {
+  return found_format(deck) == Format::abaqus ? DeckLines::Kind::inp : DeckLines::Kind::bdf;
+}
+
 Format known_format(const std::filesystem::path& file) {
   const Format format = format_of(file);
   if (const std::string cure = foreign_mesh_cure(file); !cure.empty())
@@ -132,21 +136,26 @@ bool may_hold_materials(const std::filesystem::path& file) {
 std::vector<std::filesystem::path> mesh_files(const std::filesystem::path& file) {
   std::error_code error;
   if (!may_hold_materials(file) || !std::filesystem::is_regular_file(file, error)) return {file};
-  const bool is_inp = found_format(file) == Format::abaqus;
-  DeckLines lines(file, is_inp ? DeckLines::Kind::inp : DeckLines::Kind::bdf);
+  DeckLines lines(file, deck_kind(file));
   while (lines.next() && lines.includes()) {
   }
   return lines.files();
 }
 
 bool deck_holds(const std::filesystem::path& deck, const std::vector<std::string>& words) {
-  for (const auto& file : mesh_files(deck)) {
-    TextLines lines(file, true);
-    while (lines.next()) {
-      const std::string start = in_capitals(trimmed(lines.line()).substr(0, 40));
-      for (const std::string& word : words)
-        if (start.starts_with(word[0]) && without_blanks(start).starts_with(word)) return true;
-    }
+  // Most lines are data
+  const auto begins_one = [&](char c) {
+    return std::any_of(words.begin(), words.end(), [&](const std::string& word) {
+      return word[0] == std::toupper(static_cast<unsigned char>(c));
+    });
+  };
+  DeckLines lines(deck, deck_kind(deck));
+  while (lines.next()) {
+    const std::string_view line = trimmed(lines.line());
+    if (line.empty() || !begins_one(line[0])) continue;
+    const std::string start = without_blanks(in_capitals(line.substr(0, 40)));
+    for (const std::string& word : words)
+      if (start.starts_with(word)) return true;
   }
   return false;
 }
