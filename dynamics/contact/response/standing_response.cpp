@@ -38,16 +38,21 @@ bool has_one_row(const Combinations& of, Index u) {
 
 }  // namespace
 
-// share H^T of rows of the points with their weights: rows of F.
+// share H^T of rows of the points with their weights: rows of F, ascending.
 std::vector<RowWeight> StandingResponse::Part::pressed(const std::vector<RowWeight>& rows) const {
-  Vector sum = Vector::Zero(H.cols());
+  std::vector<RowWeight> all, sums;
   for (const RowWeight& of : rows)
     for (RowMajorSparse::InnerIterator it(H, of.row); it; ++it)
-      sum[it.col()] += share * of.weight * it.value();
-  std::vector<RowWeight> z;
-  for (Index i = 0; i < sum.size(); ++i)
-    if (sum[i] != 0) z.push_back({i, sum[i]});
-  return z;
+      all.push_back({it.col(), share * of.weight * it.value()});
+  std::stable_sort(all.begin(), all.end(),
+                   [](const RowWeight& a, const RowWeight& b) { return a.row < b.row; });
+  for (const RowWeight& of : all) {
+    if (sums.empty() || sums.back().row != of.row)
+      sums.push_back(of);
+    else
+      sums.back().weight += of.weight;
+  }
+  return sums;
 }
 
 void StandingResponse::start(const ContactList& list, const std::vector<PointLaw>& laws,
@@ -143,6 +148,15 @@ void StandingResponse::Part::fill_statics(const Combinations& of, Index u, doubl
 void StandingResponse::Part::take(const Combinations& of, const std::vector<Index>& from,
                                   const std::vector<Index>& mixed,
                                   const std::vector<Index>& mixed_from) {
+  single_row.clear();
+  single_column.clear();
+  single_value.clear();
+  for (std::size_t i = 0; i < of.rows.size(); ++i)
+    for (RowMajorSparse::InnerIterator it(H, of.rows[i]); it; ++it) {
+      single_row.push_back(static_cast<Index>(i));
+      single_column.push_back(it.col());
+      single_value.push_back(it.value());
+    }
   move_columns(from, X.rows(), X_of_A);
   move_columns(mixed_from, H.cols(), F_of_A);
   for (std::size_t u = 0; u < from.size(); ++u) {
@@ -175,29 +189,26 @@ void StandingResponse::take(Combinations of, const std::vector<Index>& from) {
 // Column k of `rows` += H of the statics of column u of A, at the single rows.
 void StandingResponse::Part::add_to_rows(const StandingResponse& all, Index u, Index k,
                                          RowMajor& rows) const {
-  const std::vector<Index>& single = all.of_.rows;
-  const auto add = [&](const double* f, double factor) {
-    for (std::size_t i = 0; i < single.size(); ++i)
-      for (RowMajorSparse::InnerIterator it(H, single[i]); it; ++it)
-        rows(static_cast<Index>(i), k) += factor * it.value() * f[it.col()];
+  // moved(e): of entry e of the single rows
+  const auto add = [&](const auto& moved, double factor) {
+    double* const to = rows.data() + k;
+    const Index stride = rows.cols();
+    for (std::size_t e = 0; e < single_row.size(); ++e)
+      to[stride * single_row[e]] += factor * single_value[e] * moved(e);
   };
-  if (all.is_mixed(u)) return add(F_of_A.col(all.mixed_[u]).data(), 1);
+  const auto add_column = [&](const double* f, double factor) {
+    add([f, column = single_column.data()](std::size_t e) { return f[column[e]]; }, factor);
+  };
+  if (all.is_mixed(u)) return add_column(F_of_A.col(all.mixed_[u]).data(), 1);
   const SparseMatrix::InnerIterator one(all.of_.Z, u);
-  if (F.dense() == nullptr) {
-    const Index row = single[one.row()];
-    std::vector<Index> at;
-    for (const Index point : single)
-      for (RowMajorSparse::InnerIterator it(H, point); it; ++it) at.push_back(it.col());
-    Vector moved = Vector::Zero(static_cast<Index>(at.size()));
-    F.add_product_at(pressed({{row, one.value()}}), at, moved);
-    Index next = 0;
-    for (std::size_t i = 0; i < single.size(); ++i)
-      for (RowMajorSparse::InnerIterator it(H, single[i]); it; ++it)
-        rows(static_cast<Index>(i), k) += it.value() * moved[next++];
+  const std::vector<RowWeight> pushed = pressed({{all.of_.rows[one.row()], one.value()}});
+  if (F.dense() != nullptr) {
+    for (const RowWeight& of : pushed) add_column(F.dense()->col(of.row).data(), of.weight);
     return;
   }
-  for (RowMajorSparse::InnerIterator it(H, single[one.row()]); it; ++it)
-    add(F.dense()->col(it.col()).data(), share * one.value() * it.value());
+  Vector moved = Vector::Zero(static_cast<Index>(single_column.size()));
+  F.add_product_at(pushed, single_column, moved);
+  add([&](std::size_t e) { return moved[static_cast<Index>(e)]; }, 1);
 }
 
 // Columns `some` of A^T G S G^T A.

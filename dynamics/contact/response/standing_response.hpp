@@ -55,6 +55,9 @@ class StandingResponse {
     Matrix X;                                  // r x rows of the points: V G^T
     Matrix X_of_N, F_of_N;                     // X N and F H^T N / h
     Matrix X_of_A, F_of_A;                     // X A, and of the mixed columns of A F H^T A / h
+    // Entries of H in the single rows
+    std::vector<Index> single_row, single_column;
+    std::vector<double> single_value;
     std::vector<RowWeight> pressed(const std::vector<RowWeight>& rows) const;
     // Columns `fresh` of X_of_N and F_of_N.
     void combine(const SparseMatrix& N, const std::vector<Index>& fresh);
