@@ -452,7 +452,10 @@ def versions():
 def measure(settings, say=print):
     """Writes peers.csv, peer-curves.csv and peer-versions.csv, a row as soon as it is measured."""
     path, curves, known = settings.out / "peers.csv", settings.out / "peer-curves.csv", versions()
-    only = re.compile(os.environ.get("ONLY", ""))
+    try:
+        only = re.compile(os.environ.get("ONLY", ""))
+    except re.error as error:
+        sys.exit(f"ONLY: {error}: give a regular expression of rows, as 'T1, r = 0.5; .*'")
     write_csv(settings.out / "peer-versions.csv", [{"peer": f"{name} {of}"} for name, of in known.items()], ["peer"])
     (settings.out / "peers").mkdir(parents=True, exist_ok=True)
     for case in jobs(settings):

@@ -83,7 +83,7 @@ const std::vector<ExportFormat>& formats() {
        {stream_file(".K.mtx", write_matrix_market_K), stream_file(".M.mtx", write_matrix_market_M),
         of_modal(stream_file(".T.mtx", write_matrix_market_T))},
        true},
-      {"dmig", "Nastran, MYSTRAN, OpenRadioss", {stream_file(".dmig", write_dmig)}, true},
+      {"dmig", "Nastran, MYSTRAN", {stream_file(".dmig", write_dmig)}, true},
       {"op4", "Nastran (OUTPUT4, text)", {op4_file(write_op4)}, true},
       {"op4-binary", "Nastran (OUTPUT4, binary)", {op4_file(write_op4_binary)}, true},
       {"abaqus",
