@@ -11,10 +11,10 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 85372,
-    "files of product": 539,
+    "lines of product": 85450,
+    "files of product": 541,
     "lines of python/cbr": 1979,
-    "lines of tests": 65583,
+    "lines of tests": 65586,
     "files of tests": 379,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 355,
