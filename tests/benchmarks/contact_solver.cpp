@@ -3,7 +3,6 @@
 // Arguments: largest number of points (default 2500), largest dense response in MB (default 1500).
 // docs/decisions/contact-solver.md holds a table of it. CSV to stdout.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -13,6 +12,7 @@
 #include "dynamics/contact/solve/augmented_lagrangian.hpp"
 #include "dynamics/contact/solve/block_gauss_seidel.hpp"
 #include "dynamics/contact/solve/newton/contact_newton.hpp"
+#include "tests/benchmarks/seconds.hpp"
 #include "tests/unit/dynamics/contact_problems.hpp"
 
 namespace {
@@ -21,12 +21,6 @@ using cbr::ContactLaw;
 using cbr::Index;
 using cbr::Vector;
 using cbr::test::Press;
-
-double seconds(const auto& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 struct Case {
   std::string response, law;

@@ -9,7 +9,6 @@
 // bodies (once for all their pairs) beside. Arguments: largest number of nodes (default 10000). CSV
 // to stdout.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -17,23 +16,13 @@
 #include <vector>
 
 #include "dynamics/contact/search/detection.hpp"
+#include "tests/benchmarks/seconds.hpp"
 #include "tests/unit/dynamics/patch.hpp"
 
 namespace {
 
 using cbr::Index;
 using cbr::Vector3;
-
-double seconds(int repeats, const auto& work) {
-  double best = HUGE_VAL;
-  for (int i = 0; i < repeats; ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    work();
-    best = std::min(
-        best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  }
-  return best;
-}
 
 // Bent, so that faces are not flat: z += 0.05 x^2 + 0.03 x y
 void bend(cbr::Points& points, double lift) {

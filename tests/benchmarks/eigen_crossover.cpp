@@ -4,7 +4,6 @@
 // dofs and the share of modes asked for. docs/decisions/eigen-crossover.md holds tables of it.
 // Arguments: largest number of dofs (default 4000). CSV to stdout.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -14,17 +13,12 @@
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "common/linalg/eigen/spectrum_slices.hpp"
 #include "reducer/partition/partition.hpp"
+#include "tests/benchmarks/seconds.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
 namespace {
 
 using cbr::Index;
-
-double seconds(const auto& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 void row(Index elements, double share) {
   const cbr::Mesh mesh = cbr::test::box_mesh(

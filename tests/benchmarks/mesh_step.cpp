@@ -7,7 +7,6 @@
 // theirs as linear bodies, the median of runs in turns. Arguments: values of r (default 1 2);
 // --threads N (default 2); --short: a few steps only. CSV to stdout.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -17,24 +16,13 @@
 #include <vector>
 
 #include "common/linalg/blas_threads.hpp"
+#include "tests/benchmarks/seconds.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
 namespace {
 
 using cbr::Index;
 using cbr::MeshForces;
-
-double seconds_of(const auto& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double best_of(int repeats, const auto& work) {
-  double best = HUGE_VAL;
-  for (int i = 0; i < repeats; ++i) best = std::min(best, seconds_of(work));
-  return best;
-}
 
 struct Rates {
   double bytes, operations;  // per second
@@ -46,7 +34,7 @@ Rates machine(int n_threads, double bytes, double operations) {
   const Index n = static_cast<Index>(bytes / 24);
   std::vector<double> a(n, 1), b(n, 2), c(n, 3);
   cbr::RowThreads threads(n_threads);
-  const double t = best_of(20, [&] {
+  const double t = seconds(20, [&] {
     threads.for_rows(n, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) a[i] = b[i] + 1.5 * c[i];
     });
@@ -59,7 +47,7 @@ double dgemm_rate() {
   const Index n = 768;
   const cbr::Matrix A = cbr::Matrix::Random(n, n), B = cbr::Matrix::Random(n, n);
   cbr::Matrix C(n, n);
-  const double t = best_of(5, [&] { C.noalias() = A * B; });
+  const double t = seconds(5, [&] { C.noalias() = A * B; });
   return 2 * static_cast<double>(n * n * n) / t;
 }
 
@@ -124,10 +112,9 @@ void row(int r, const char* mesh_name, const char* name, MeshForces::Variant var
   const cbr::Points X = mesh.coordinates(fe.nodes, Eigen::all);
   MeshForces forces;
   std::shared_ptr<const cbr::MeshModel> model;
-  const double forces_time =
-      seconds_of([&] { forces = MeshForces(fe, mesh, properties, variant); });
+  const double forces_time = seconds([&] { forces = MeshForces(fe, mesh, properties, variant); });
   const double bytes = forces.bytes(), operations = forces.operations();
-  const double model_time = seconds_of([&] {
+  const double model_time = seconds([&] {
     model = std::make_shared<cbr::MeshModel>(cbr::mesh_model(fe, X, true, std::move(forces)));
   });
   const auto threads = std::make_shared<cbr::RowThreads>(n_threads);
@@ -138,8 +125,8 @@ void row(int r, const char* mesh_name, const char* name, MeshForces::Variant var
   double time = HUGE_VAL;
   std::vector<double> ratios;
   for (int i = 0; i < (options.is_short ? 1 : 15); ++i) {
-    const double of_still = seconds_of([&] { still.step(steps); }),
-                 of_turning = seconds_of([&] { turning.step(steps); });
+    const double of_still = seconds([&] { still.step(steps); }),
+                 of_turning = seconds([&] { turning.step(steps); });
     time = std::min(time, of_still / steps);
     ratios.push_back(of_turning / of_still);
   }
