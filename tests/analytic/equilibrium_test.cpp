@@ -17,6 +17,7 @@ namespace cbr::equilibrium_test {
 namespace {
 
 using test::at;
+using test::last;
 using test::Ran;
 using test::SceneFolder;
 
@@ -77,10 +78,6 @@ class Statics : public ::testing::TestWithParam<std::string> {
   }
   SceneFolder folder;
 };
-
-double last(const Series3& series, int axis = 0) {
-  return series.values[series.values.size() - 3 + static_cast<std::size_t>(axis)];
-}
 
 TEST_P(Statics, AHeldBarStretches) {
   Bars bars{.kind = GetParam()};

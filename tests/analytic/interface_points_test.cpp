@@ -19,6 +19,7 @@ namespace cbr::interface_points_test {
 namespace {
 
 using test::at;
+using test::last;
 using test::Ran;
 using test::SceneFolder;
 using test::text;
@@ -80,10 +81,6 @@ void expect_same_motion(const Ran& a, const Ran& b, const std::string& point, do
   EXPECT_LT(difference(a.monitor(point).mean_position, b.monitor(point).mean_position), tolerance)
       << point;
   EXPECT_LT(difference(a.monitor(point).rotation, b.monitor(point).rotation), tolerance) << point;
-}
-
-double last(const Series3& series, int axis) {
-  return series.values[series.values.size() - 3 + static_cast<std::size_t>(axis)];
 }
 
 TEST_F(InterfacePoints, FrequenciesAreThoseOfRigidFaces) {

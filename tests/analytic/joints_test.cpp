@@ -20,6 +20,7 @@ namespace cbr::joints_test {
 namespace {
 
 using test::at;
+using test::last;
 using test::Ran;
 using test::SceneFolder;
 using test::text;
@@ -69,10 +70,6 @@ class Joints : public ::testing::TestWithParam<std::string> {
 
   SceneFolder folder;
 };
-
-double last(const Series3& series, int axis) {
-  return series.values[series.values.size() - 3 + static_cast<std::size_t>(axis)];
-}
 
 // Largest difference of a component of a motion from what is expected, over the outputs.
 double worst(const Ran& ran, const std::function<double(std::size_t)>& found,

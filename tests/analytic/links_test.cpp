@@ -16,6 +16,7 @@ namespace cbr::links_test {
 namespace {
 
 using test::at;
+using test::last;
 using test::Ran;
 using test::SceneFolder;
 
@@ -60,10 +61,6 @@ class Links : public ::testing::TestWithParam<std::string> {
   Links() { folder.add("bar.exo", test::block_mesh({{8, 2, 2}, {length, 1, 1}})); }
   SceneFolder folder;
 };
-
-double last(const Series3& series, int axis) {
-  return series.values[series.values.size() - 3 + static_cast<std::size_t>(axis)];
-}
 
 // The work of a moment is that of its point's rotation, which beam theory has but for the ends.
 TEST_P(Links, AMomentTurnsItsPoint) {

@@ -91,18 +91,14 @@ void keep_all(RandomScene& scene, Index domains, bool again = false) {
 // slide.
 constexpr double allowed = 5e-9;
 
-double largest(const Difference& d) {
-  return std::max({d.positions, d.momenta, d.angular, d.forces, d.energies});
-}
-
 void compare(const char* what, const RandomScene& scene, const Ran& plain, const Ran& other,
              const Change& change, test::Worst& worst) {
   const Difference d = test::difference(plain, other, change);
-  worst.add(what, largest(d) / allowed, largest(d), scene.seed);
-  EXPECT_LT(largest(d), allowed) << what << ": positions " << d.positions << " momenta "
-                                 << d.momenta << " angular " << d.angular << " forces " << d.forces
-                                 << " energies " << d.energies << "; " << scene.text() << "\n  "
-                                 << test::command(scene.seed);
+  worst.add(what, d.largest() / allowed, d.largest(), scene.seed);
+  EXPECT_LT(d.largest(), allowed) << what << ": positions " << d.positions << " momenta "
+                                  << d.momenta << " angular " << d.angular << " forces " << d.forces
+                                  << " energies " << d.energies << " pairs " << d.pairs << "; "
+                                  << scene.text() << "\n  " << test::command(scene.seed);
 }
 
 void try_variant(const Variant& variant, const RandomScene& scene, const Ran& plain,

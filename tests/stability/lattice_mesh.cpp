@@ -4,114 +4,41 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <random>
 #include <set>
 
 #include "tests/support/scene_run.hpp"
+#include "tests/unit/common/elements/box_mesh.hpp"
 
 namespace cbr::test {
 namespace {
 
 using Point = std::array<Index, 3>;  // in half cells
-using Cell = std::vector<Point>;
 
-Point operator+(const Point& a, const Point& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-Point middle(const Point& a, const Point& b) {
-  return {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2};
-}
+// Corners of a cell in the order of a hex8, and its centre
+constexpr std::array<Point, 9> cell_points = {{{0, 0, 0},
+                                               {2, 0, 0},
+                                               {2, 2, 0},
+                                               {0, 2, 0},
+                                               {0, 0, 2},
+                                               {2, 0, 2},
+                                               {2, 2, 2},
+                                               {0, 2, 2},
+                                               {1, 1, 1}}};
 
-// Corners of a cell in the order of a hex8
-constexpr std::array<Point, 8> cube = {
-    {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}, {0, 0, 2}, {2, 0, 2}, {2, 2, 2}, {0, 2, 2}}};
-
-// Exodus: edges of the base, upright ones, edges of the top; then of a hex27 its centre, and faces
-// -z, +z, -x, +x, -y, +y.
-constexpr int hex_edges[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 4}, {1, 5},
-                                  {2, 6}, {3, 7}, {4, 5}, {5, 6}, {6, 7}, {7, 4}};
-constexpr Point hex_centres[7] = {{1, 1, 1}, {1, 1, 0}, {1, 1, 2}, {0, 1, 1},
-                                  {2, 1, 1}, {1, 0, 1}, {1, 2, 1}};
-constexpr int tet_edges[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
-constexpr int wedge_edges[9][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 4},
-                                   {2, 5}, {3, 4}, {4, 5}, {5, 3}};
-
-using Elements = std::vector<std::pair<ElementType, Cell>>;
-
-void add_hex(const Point& at, ElementType type, Elements& elements) {
-  Cell nodes;
-  for (const Point& corner : cube) nodes.push_back(at + corner);
-  if (type != ElementType::hex8)
-    for (const auto& edge : hex_edges) nodes.push_back(middle(nodes[edge[0]], nodes[edge[1]]));
-  if (type == ElementType::hex27)
-    for (const Point& centre : hex_centres) nodes.push_back(at + centre);
-  elements.emplace_back(type, nodes);
-}
-
-// Six tets around the diagonal from the first corner to the last, one for each order of the axes
-// (Kuhn): cells fit each other.
-void add_tets(const Point& at, ElementType type, Elements& elements) {
-  std::array<int, 3> axes = {0, 1, 2};
-  do {
-    Point a = at, b = a, c, d;
-    b[axes[0]] += 2;
-    c = b;
-    c[axes[1]] += 2;
-    d = c;
-    d[axes[2]] += 2;
-    const bool even = (axes[1] - axes[0] + 3) % 3 == 1;
-    Cell nodes = even ? Cell{a, b, c, d} : Cell{a, c, b, d};
-    if (type == ElementType::tet10)
-      for (const auto& edge : tet_edges) nodes.push_back(middle(nodes[edge[0]], nodes[edge[1]]));
-    elements.emplace_back(type, nodes);
-  } while (std::next_permutation(axes.begin(), axes.end()));
-}
-
-void add_wedges(const Point& at, ElementType type, Elements& elements) {
-  for (const auto& corners : {std::array{0, 1, 2}, std::array{0, 2, 3}}) {
-    Cell nodes;
-    for (const int upper : {0, 4})
-      for (const int corner : corners) nodes.push_back(at + cube[corner + upper]);
-    if (type == ElementType::wedge15)
-      for (const auto& edge : wedge_edges) nodes.push_back(middle(nodes[edge[0]], nodes[edge[1]]));
-    elements.emplace_back(type, nodes);
-  }
-}
-
-void add_pyramids(const Point& at, Elements& elements) {
-  static constexpr int bases[6][4] = {{0, 1, 2, 3}, {4, 7, 6, 5}, {0, 4, 5, 1},
-                                      {1, 5, 6, 2}, {2, 6, 7, 3}, {3, 7, 4, 0}};
-  for (const auto& base : bases) {
-    Cell nodes;
-    for (const int corner : base) nodes.push_back(at + cube[corner]);
-    nodes.push_back(at + Point{1, 1, 1});
-    elements.emplace_back(ElementType::pyramid5, nodes);
-  }
-}
-
-void add_cell(const Point& at, CellKind kind, Elements& elements) {
-  // whole columns: triangles of wedges lie on those of wedges
-  const bool odd = (at[0] + at[1]) % 4 == 0;
-  switch (kind) {
-    case CellKind::hex8:
-      return add_hex(at, ElementType::hex8, elements);
-    case CellKind::hex20:
-      return add_hex(at, ElementType::hex20, elements);
-    case CellKind::hex27:
-      return add_hex(at, ElementType::hex27, elements);
-    case CellKind::tet4:
-      return add_tets(at, ElementType::tet4, elements);
-    case CellKind::tet10:
-      return add_tets(at, ElementType::tet10, elements);
-    case CellKind::wedge6:
-      return add_wedges(at, ElementType::wedge6, elements);
-    case CellKind::wedge15:
-      return add_wedges(at, ElementType::wedge15, elements);
-    case CellKind::pyramid5:
-      return add_pyramids(at, elements);
-    case CellKind::hex8_and_pyramid5:
-      return odd ? add_pyramids(at, elements) : add_hex(at, ElementType::hex8, elements);
-    case CellKind::hex8_and_wedge6:
-      return odd ? add_wedges(at, ElementType::wedge6, elements)
-                 : add_hex(at, ElementType::hex8, elements);
-  }
+// Nodes of the elements of one cell, element by element.
+std::vector<Point> cell_nodes(const Point& at, ElementType type) {
+  std::vector<Point> nodes;
+  for (const std::vector<int>& corners : cell_elements(type))
+    for (const std::vector<int>& parents : node_corners(type)) {
+      Point sum{};
+      for (const int i : parents)
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += cell_points[corners[i]][c];
+      for (std::size_t c = 0; c < 3; ++c)
+        sum[c] = at[c] + sum[c] / static_cast<Index>(parents.size());
+      nodes.push_back(sum);
+    }
+  return nodes;
 }
 
 // Nodes of the lattice that elements use, numbered in their order.
@@ -171,6 +98,19 @@ void add_nodesets(const LatticeShape& shape, Nodes& nodes, Mesh& mesh) {
 }
 
 // --- renumbering ---
+
+// Old index of each new one
+std::vector<Index> random_order(Index n, std::mt19937& random) {
+  std::vector<Index> order = first_numbers(n);
+  std::shuffle(order.begin(), order.end(), random);
+  return order;
+}
+
+std::vector<Index> inverse(const std::vector<Index>& order) {
+  std::vector<Index> result(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) result[order[i]] = static_cast<Index>(i);
+  return result;
+}
 
 using Permutation = std::vector<int>;
 
@@ -253,10 +193,10 @@ Mesh lattice_mesh(const LatticeShape& shape) {
   for (Index i = 0; i < n[0]; ++i)
     for (Index j = 0; j < n[1]; ++j)
       for (Index k = 0; k < n[2]; ++k) {
-        Elements elements;
-        add_cell({2 * i, 2 * j, 2 * k}, shape.kind, elements);
-        for (const auto& [type, cell] : elements)
-          for (const Point& p : cell) lists[{2 * i >= n[0], type}].push_back(nodes.of(p));
+        // Whole columns, as triangles of wedges lie on those of wedges
+        const ElementType type = (i + j) % 2 == 0 ? shape.kind.even : shape.kind.odd;
+        std::vector<Index>& list = lists[{2 * i >= n[0], type}];
+        for (const Point& p : cell_nodes({2 * i, 2 * j, 2 * k}, type)) list.push_back(nodes.of(p));
       }
   Mesh mesh;
   Index next_id = 1;

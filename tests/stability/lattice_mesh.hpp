@@ -9,22 +9,14 @@
 
 namespace cbr::test {
 
-enum class CellKind {
-  hex8,
-  hex20,
-  hex27,
-  tet4,
-  tet10,
-  wedge6,
-  pyramid5,
-  hex8_and_pyramid5,
-  hex8_and_wedge6,
-  wedge15
+// The elements of every other column of cells.
+struct CellKind {
+  ElementType even = ElementType::hex8, odd = even;
+  bool operator==(const CellKind&) const = default;
 };
-constexpr int n_cell_kinds = 10;
 
 struct LatticeShape {
-  CellKind kind = CellKind::hex8;
+  CellKind kind;
   std::array<Index, 3> n{1, 1, 1};
   Vector3 size = Vector3::Ones();
   // of all nodes including mid-edge ones: edges are curved

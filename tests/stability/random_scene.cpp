@@ -9,9 +9,21 @@
 namespace cbr::test {
 namespace {
 
-constexpr const char* kind_names[n_cell_kinds] = {
-    "hex8",   "hex20",    "hex27",         "tet4",        "tet10",
-    "wedge6", "pyramid5", "hex8+pyramid5", "hex8+wedge6", "wedge15"};
+constexpr CellKind kinds[] = {{ElementType::hex8},
+                              {ElementType::hex20},
+                              {ElementType::hex27},
+                              {ElementType::tet4},
+                              {ElementType::tet10},
+                              {ElementType::wedge6},
+                              {ElementType::pyramid5},
+                              {ElementType::pyramid5, ElementType::hex8},
+                              {ElementType::wedge6, ElementType::hex8},
+                              {ElementType::wedge15}};
+
+std::string name_of(const CellKind& kind) {
+  const std::string even(name(kind.even)), odd(name(kind.odd));
+  return odd == even ? even : odd + "+" + even;
+}
 
 std::function<Vector3(const Vector3&)> warp(Dice& dice, double amount) {
   const Vector3 wave = dice.vector(2), phase = dice.vector(3), tilt = dice.vector(0.1);
@@ -30,8 +42,9 @@ Material material(Dice& dice) {
 RandomBody random_body(Dice& dice, const std::string& name) {
   RandomBody b;
   b.name = name;
-  b.shape.kind = static_cast<CellKind>(dice.below(n_cell_kinds));
-  const bool many = b.shape.kind != CellKind::hex8 && b.shape.kind != CellKind::hex8_and_wedge6;
+  b.shape.kind = kinds[dice.below(std::size(kinds))];
+  const bool many =
+      b.shape.kind.odd != ElementType::hex8 || b.shape.kind.even == ElementType::pyramid5;
   for (Index& n : b.shape.n) n = many ? 1 + dice.below(2) : 1 + dice.below(3);
   if (b.shape.n[0] * b.shape.n[1] * b.shape.n[2] == 1) b.shape.n[0] = 2;
   b.shape.map = warp(dice, dice.uniform(0, 0.04));
@@ -207,7 +220,7 @@ std::string RandomScene::text() const {
   std::string words = integrator;
   for (const RandomBody& b : bodies)
     words +=
-        "; " + b.name + ": " + kind_names[static_cast<int>(b.shape.kind)] + " " + b.mass +
+        "; " + b.name + ": " + name_of(b.shape.kind) + " " + b.mass +
         (b.reduced ? " " + b.basis + " " + b.reduction + " " + std::to_string(b.modes) + " modes" +
                          (b.domains > 1 ? " of " + std::to_string(b.domains) + " domains" : "") +
                          (b.second_modes ? " and again " + std::to_string(*b.second_modes) : "")

@@ -3,36 +3,20 @@
 // process.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <optional>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "common/base/types.hpp"
 #include "common/linalg/blas_threads.hpp"
-#include "common/mesh/mesh.hpp"
 #include "common/scene/scene.hpp"
 #include "dynamics/run/run.hpp"
 #include "dynamics/setup/build.hpp"
 #include "tests/formats/temporary_folder.hpp"
+#include "tests/support/block_mesh.hpp"
 
 namespace cbr::test {
-
-// A block of hex8 from the origin to `size`, n elements along each edge, then moved by `map` (which
-// must not invert elements). Block "block"; sidesets x_min, x_max, y_min, y_max, z_min, z_max for
-// contact, loads and supports.
-struct BlockShape {
-  std::array<Index, 3> n{1, 1, 1};
-  Vector3 size = Vector3::Ones();
-  std::function<Vector3(const Vector3&)> map = {};
-};
-Mesh block_mesh(const BlockShape& shape);
-
-// The same body with random order and ids of nodes and elements, and random first corners of the
-// hexes, by `seed`. hex8 only.
-Mesh renumbered(const Mesh& mesh, unsigned seed);
 
 // "1.2345678901234567e-07", and "[1, 2, 3]": text for YAML that reads back exactly.
 std::string text(double value);
@@ -76,6 +60,10 @@ inline Vector3 at(const Series3& series, std::size_t i) {
   return Eigen::Map<const Vector3>(series.values.data() + 3 * i);
 }
 
+inline double last(const Series3& series, int axis = 0) {
+  return series.values[series.values.size() - 3 + static_cast<std::size_t>(axis)];
+}
+
 // Sum over all bodies with the series, at output k; and its largest change since the start.
 Vector3 total(const RunResult& result, Series3 RunResult::OfBody::*series, std::size_t k);
 double largest_change(const RunResult& result, Series3 RunResult::OfBody::*series);
@@ -93,10 +81,5 @@ double energy_residual(const RunResult& result);
 
 // Slope of log(error) over log(h), by least squares.
 double observed_order(const std::vector<double>& h, const std::vector<double>& error);
-
-// Old index of each new one: a permutation of 0 .. n - 1.
-// Random orders of nodes and elements.
-std::vector<Index> random_order(Index n, std::mt19937& random);
-std::vector<Index> inverse(const std::vector<Index>& order);
 
 }  // namespace cbr::test

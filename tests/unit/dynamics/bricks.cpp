@@ -5,45 +5,15 @@
 
 #include <algorithm>
 
+#include "tests/support/block_mesh.hpp"
+
 namespace cbr::test {
 
 Mesh brick(std::array<Index, 3> n, const Vector3& size) {
-  Mesh mesh;
-  mesh.coordinates.resize((n[0] + 1) * (n[1] + 1) * (n[2] + 1), 3);
-  const auto node = [&](Index i, Index j, Index k) {
-    return i + (n[0] + 1) * (j + (n[1] + 1) * k);
-  };
-  for (Index k = 0; k <= n[2]; ++k)
-    for (Index j = 0; j <= n[1]; ++j)
-      for (Index i = 0; i <= n[0]; ++i)
-        mesh.coordinates.row(node(i, j, k)) << size[0] * double(i) / double(n[0]),
-            size[1] * double(j) / double(n[1]), size[2] * double(k) / double(n[2]);
-  for (Index i = 0; i < mesh.coordinates.rows(); ++i) mesh.node_ids.push_back(i + 1);
-  Block block;
-  block.name = "block";
-  block.id = 1;
-  block.type = ElementType::hex8;
-  block.connectivity.resize(n[0] * n[1] * n[2], 8);
-  Sideset minimum{"x_min", 1, {}}, maximum{"x_max", 2, {}}, all{"surface", 3, {}};
-  Index e = 0;
-  for (Index k = 0; k < n[2]; ++k) {
-    for (Index j = 0; j < n[1]; ++j) {
-      for (Index i = 0; i < n[0]; ++i, ++e) {
-        block.connectivity.row(e) << node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k),
-            node(i, j + 1, k), node(i, j, k + 1), node(i + 1, j, k + 1), node(i + 1, j + 1, k + 1),
-            node(i, j + 1, k + 1);
-        block.element_ids.push_back(e + 1);
-        if (i == 0) minimum.sides.push_back({0, e, 4});         // Exodus: side 4 is nodes 1 5 8 4
-        if (i == n[0] - 1) maximum.sides.push_back({0, e, 2});  // side 2 is nodes 2 3 7 6
-        const std::array<bool, 6> outer{j == 0, i == n[0] - 1, j == n[1] - 1,
-                                        i == 0, k == 0,        k == n[2] - 1};
-        for (int side = 1; side <= 6; ++side)
-          if (outer[side - 1]) all.sides.push_back({0, e, side});
-      }
-    }
-  }
-  mesh.blocks.push_back(block);
-  mesh.sidesets = {minimum, maximum, all};
+  Mesh mesh = block_mesh({n, size});
+  const Sideset surface = surface_of(mesh, 3);
+  mesh.sidesets.resize(2);
+  mesh.sidesets.push_back(surface);
   return mesh;
 }
 

@@ -3,7 +3,6 @@
 #include "dynamics/setup/contact/contact_setup.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <Eigen/Geometry>
 
@@ -13,6 +12,7 @@
 #include "common/base/error.hpp"
 #include "dynamics/setup/build.hpp"
 #include "dynamics/setup/components/contact_faces.hpp"
+#include "tests/formats/temporary_folder.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
@@ -44,17 +44,13 @@ Mesh boxed_brick(std::array<Index, 3> n, const Vector3& size) {
 
 class ContactSetup : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ =
-        std::filesystem::temp_directory_path() / ("cbr-contact-test-" + std::to_string(::getpid()));
-    std::filesystem::create_directories(folder_);
+  ContactSetup() {
     write_mesh(boxed_brick({3, 2, 2}, Vector3(1.5, 1, 1)), folder_ / "coarse.msh");
     write_mesh(boxed_brick({4, 4, 4}, Vector3(1, 1, 1)), folder_ / "fine.msh");
     Mesh bare = test::brick({1, 1, 1}, Vector3(1, 1, 1));
     bare.sidesets.clear();
     write_mesh(bare, folder_ / "bare.msh");
   }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
 
   std::string scene(const std::string& contact, const std::string& instances,
                     const std::string& walls = "") const {
@@ -80,7 +76,7 @@ class ContactSetup : public ::testing::Test {
     EXPECT_SAYS(test::refusal_of([&] { built(contact, instances); }), part, "scene.yaml:7: ");
   }
 
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 std::vector<std::string> names(const BuiltScene& built) {

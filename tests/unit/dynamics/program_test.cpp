@@ -3,7 +3,6 @@
 #include "dynamics/program.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
@@ -16,6 +15,7 @@
 #include "dynamics/output/results.hpp"
 #include "dynamics/setup/build.hpp"
 #include "reducer/modes/diagonal_form.hpp"
+#include "tests/formats/temporary_folder.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/unit/dynamics/bricks.hpp"
 
@@ -26,13 +26,7 @@ namespace {
 // test.
 class Program : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ =
-        std::filesystem::temp_directory_path() / ("cbr-dyn-test-" + std::to_string(::getpid()));
-    std::filesystem::create_directories(folder_);
-    write_mesh(test::brick({4, 2, 2}, Vector3(1, 0.5, 0.5)), folder_ / "block.msh");
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
+  Program() { write_mesh(test::brick({4, 2, 2}, Vector3(1, 0.5, 0.5)), folder_ / "block.msh"); }
 
   std::string scene(const std::string& kind, const std::string& contact = "",
                     const std::string& time = "", const std::string& more = "") {
@@ -74,7 +68,7 @@ class Program : public ::testing::Test {
     EXPECT_FALSE(std::filesystem::exists(folder_ / "results.h5"));
   }
 
-  std::filesystem::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 // A block is pressed on a rough floor and pushed along it; a shelf takes what presses it more.

@@ -17,12 +17,9 @@
 namespace cbr::settle_velocities_test {
 namespace {
 
-constexpr Index nodes_of_body = 6;
+using test::random_points;
 
-Points random_points(std::mt19937& random, Index n, double size) {
-  std::normal_distribution<double> normal;
-  return Points::NullaryExpr(n, 3, [&] { return size * normal(random); });
-}
+constexpr Index nodes_of_body = 6;
 
 Eigen::Map<const Vector> flat(const Points& p) { return {p.data(), p.size()}; }
 

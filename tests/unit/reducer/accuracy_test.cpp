@@ -15,12 +15,10 @@
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "reducer/judgement/mode_tolerance.hpp"
-#include "tests/unit/reducer/box_mesh.hpp"
+#include "tests/unit/reducer/reduced.hpp"
 
 namespace cbr::test::accuracy_test {
 namespace {
-
-const Material soft = {1000, 0.3, 2};
 
 Mesh block() { return box_mesh({{6, 4, 3}, {6, 4, 3}, {1, 2, 3}, 0.05}); }
 
@@ -28,13 +26,6 @@ ReductionOptions of(std::vector<std::string> sets) {
   ReductionOptions options;
   options.interface_sets = std::move(sets);
   return options;
-}
-
-Superelement reduced(const Mesh& mesh, const ReductionOptions& options, MassKind mass,
-                     ReductionFigures* figures = nullptr) {
-  set_threads(1);  // small matrices, and other tests run beside this one
-  Report report("test", Verbosity::quiet);
-  return reduce(mesh, properties(mesh, soft), mass, options, {}, report, figures);
 }
 
 struct Full {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A block of hexes with a sideset on each face.
+// Blocks of hexes, skew, joined, and that of the paper.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/fem/assembly.hpp"
-#include "common/mesh/mesh.hpp"
+#include "tests/support/block_mesh.hpp"
 
 namespace cbr::test {
 
@@ -23,62 +23,24 @@ struct BoxSides {
 // Sidesets x_min, x_max, y_min, ..., surface (all six); nodesets corner (1 node), edge (the nodes
 // of the z edge at the origin).
 inline Mesh box_mesh(const BoxSides& box) {
-  const Index nx = box.n[0], ny = box.n[1], nz = box.n[2];
-  Mesh mesh;
-  const auto node = [&](Index i, Index j, Index k) { return i + (nx + 1) * (j + (ny + 1) * k); };
-  mesh.coordinates.resize((nx + 1) * (ny + 1) * (nz + 1), 3);
-  for (Index k = 0; k <= nz; ++k) {
-    for (Index j = 0; j <= ny; ++j) {
-      for (Index i = 0; i <= nx; ++i) {
-        const std::array<Index, 3> at = {i, j, k};
-        for (std::size_t d = 0; d < 3; ++d) {
-          const double h = box.size[d] / static_cast<double>(box.n[d]);
-          const double wave =
-              std::sin(static_cast<double>(3 * i + 5 * j + 7 * k) + static_cast<double>(d));
-          mesh.coordinates(node(i, j, k), static_cast<Index>(d)) =
-              box.origin[d] + h * (static_cast<double>(at[d]) + box.skew * wave);
-        }
-        mesh.node_ids.push_back(10 * node(i, j, k) + 7);
-      }
+  const auto moved = [&](const Vector3& x) {
+    Vector3 at, y;
+    for (Index d = 0; d < 3; ++d)
+      at[d] = std::round(x[d] / box.size[d] * static_cast<double>(box.n[d]));
+    for (Index d = 0; d < 3; ++d) {
+      const double wave = std::sin(3 * at[0] + 5 * at[1] + 7 * at[2] + static_cast<double>(d));
+      y[d] =
+          box.origin[d] + box.size[d] / static_cast<double>(box.n[d]) * (at[d] + box.skew * wave);
     }
-  }
-  Block block;
-  block.name = "solid";
-  block.id = 1;
-  block.connectivity.resize(nx * ny * nz, 8);
-  std::array<Sideset, 6> faces;
-  const std::array<const char*, 6> names = {"x_min", "x_max", "y_min", "y_max", "z_min", "z_max"};
-  const std::array<int, 6> sides = {4, 2, 1, 3, 5, 6};  // of a hex8 in Exodus II
-  Sideset surface{"surface", 7, {}};
-  for (Index k = 0; k < nz; ++k) {
-    for (Index j = 0; j < ny; ++j) {
-      for (Index i = 0; i < nx; ++i) {
-        const Index e = block.element_ids.size();
-        block.connectivity.row(e) << node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k),
-            node(i, j + 1, k), node(i, j, k + 1), node(i + 1, j, k + 1), node(i + 1, j + 1, k + 1),
-            node(i, j + 1, k + 1);
-        block.element_ids.push_back(e + 1);
-        const std::array<bool, 6> on = {i == 0,      i == nx - 1, j == 0,
-                                        j == ny - 1, k == 0,      k == nz - 1};
-        for (std::size_t f = 0; f < 6; ++f) {
-          if (!on[f]) continue;
-          faces[f].sides.push_back({0, e, sides[f]});
-          surface.sides.push_back({0, e, sides[f]});
-        }
-      }
-    }
-  }
-  mesh.blocks.push_back(block);
-  for (std::size_t f = 0; f < 6; ++f) {
-    faces[f].name = names[f];
-    faces[f].id = static_cast<Index>(f) + 1;
-    mesh.sidesets.push_back(faces[f]);
-  }
-  mesh.sidesets.push_back(surface);
-  mesh.nodesets.push_back({"corner", 1, {0}});
+    return y;
+  };
+  Mesh mesh = block_mesh({box.n, Eigen::Map<const Vector3>(box.size.data()), moved});
+  mesh.blocks[0].name = "solid";
+  for (Index& id : mesh.node_ids) id = 10 * id - 3;
+  mesh.sidesets.push_back(surface_of(mesh, 7));
   Nodeset edge{"edge", 2, {}};
-  for (Index k = 0; k <= nz; ++k) edge.nodes.push_back(node(0, 0, k));
-  mesh.nodesets.push_back(edge);
+  for (Index k = 0; k <= box.n[2]; ++k) edge.nodes.push_back(k * (box.n[0] + 1) * (box.n[1] + 1));
+  mesh.nodesets = {{"corner", 1, {0}}, edge};
   return mesh;
 }
 

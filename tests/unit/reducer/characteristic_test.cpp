@@ -13,12 +13,10 @@
 #include "reducer/bases/reduce.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
-#include "tests/unit/reducer/box_mesh.hpp"
+#include "tests/unit/reducer/reduced.hpp"
 
 namespace cbr::test::characteristic_test {
 namespace {
-
-const Material soft = {1000, 0.3, 2};
 
 ReductionOptions characteristic(std::vector<std::string> sets, Index fixed,
                                 CharacteristicOptions of) {
@@ -30,23 +28,11 @@ ReductionOptions characteristic(std::vector<std::string> sets, Index fixed,
   return options;
 }
 
-Superelement reduced(const Mesh& mesh, const ReductionOptions& options,
-                     ReductionFigures* figures = nullptr, MassKind mass = MassKind::lumped) {
-  Report report("test", Verbosity::quiet);
-  Superelement s = reduce(mesh, properties(mesh, soft), mass, options, {}, report, figures);
-  check(s, "test");
-  return s;
-}
-
 Superelement craig_bampton(const Mesh& mesh, const std::vector<std::string>& sets, Index fixed) {
   ReductionOptions options;
   options.interface_sets = sets;
   options.modes = fixed;
   return reduced(mesh, options);
-}
-
-Mesh skewed(std::array<Index, 3> n = {5, 4, 3}) {
-  return box_mesh({n, {5, 4, 3}, {1, 2, 3}, 0.08});
 }
 
 // Elastic compliance of the interface, n x n of its dofs: of the diagonal form's rows, without
@@ -93,7 +79,7 @@ TEST(Characteristic, RigidMotionsCarryAllMassWhateverIsKept) {
         CharacteristicOptions{0, {}, false, {"x_max"}}}) {
     for (const MassKind kind : {MassKind::lumped, MassKind::consistent}) {
       ReductionFigures figures;
-      const Superelement s = reduced(mesh, characteristic({"surface"}, 8, of), &figures, kind);
+      const Superelement s = reduced(mesh, characteristic({"surface"}, 8, of), kind, &figures);
       const Matrix R = reduced_rigid_modes(s, s.rigid_body.center).bottomRows(s.c());
       const Matrix V_r = s.characteristic.V.leftCols(6), E = PivotedQr(V_r).solve(R),
                    mass = E.transpose() * E;
@@ -109,8 +95,8 @@ TEST(Characteristic, StaticsOfKeptNodesAreExact) {
   const Mesh mesh = skewed();
   const Matrix exact = compliance(craig_bampton(mesh, {"surface"}, 0));
   ReductionFigures figures;
-  const Superelement s =
-      reduced(mesh, characteristic({"surface"}, 0, {2, {"x_max", "corner"}}), &figures);
+  const Superelement s = reduced(mesh, characteristic({"surface"}, 0, {2, {"x_max", "corner"}}),
+                                 MassKind::lumped, &figures);
   std::vector<Index> kept;
   const auto nodes = surface_nodes(surface_of(s, "x_max"));
   for (Index i = 0; i < s.c(); ++i)
@@ -138,8 +124,8 @@ TEST(Characteristic, ResponsesToUniformPressureHaveItsCompliance) {
     const Matrix B = P.col(0).asDiagonal();  // dof by dof
     const Index step = P.cols();
     ReductionFigures figures;
-    const Superelement s =
-        reduced(mesh, characteristic({"surface"}, 0, {4, {}, shear, {"x_max"}}), &figures);
+    const Superelement s = reduced(mesh, characteristic({"surface"}, 0, {4, {}, shear, {"x_max"}}),
+                                   MassKind::lumped, &figures);
     EXPECT_EQ(figures.characteristic.n_uniform, step);
     EXPECT_EQ(s.k(), 6 + 4 + step);
     const Matrix found = compliance(s);

@@ -18,12 +18,10 @@
 #include "reducer/judgement/mode_tolerance.hpp"
 #include "reducer/modes/interior_loads.hpp"
 #include "tests/support/refusal.hpp"
-#include "tests/unit/reducer/box_mesh.hpp"
+#include "tests/unit/reducer/reduced.hpp"
 
 namespace cbr::test::component_parts_test {
 namespace {
-
-const Material soft = {1000, 0.3, 2};
 
 // One mesh of several boxes; sidesets of one name are one.
 Mesh together(const std::vector<BoxSides>& boxes) {
@@ -54,13 +52,6 @@ Mesh together(const std::vector<BoxSides>& boxes) {
     }
   }
   return all;
-}
-
-Superelement reduced(const Mesh& mesh, const ReductionOptions& options,
-                     ReductionFigures* figures = nullptr) {
-  set_threads(1);  // small matrices, and other tests run beside this one
-  Report report("test", Verbosity::quiet);
-  return reduce(mesh, properties(mesh, soft), MassKind::lumped, options, {}, report, figures);
 }
 
 ReductionOptions of(std::optional<Index> modes, std::optional<double> tolerance = {}) {
@@ -149,7 +140,7 @@ TEST(ComponentParts, EqualPartsHaveTheModesOfOne) {
     ReductionOptions options = of(modes);
     options.recovery = true;
     ReductionFigures figures;
-    const Superelement s = reduced(mesh, options, &figures);
+    const Superelement s = reduced(mesh, options, MassKind::lumped, &figures);
     ASSERT_EQ(s.k(), modes);
     EXPECT_TRUE(figures.modes_proven);
     for (Index j = 0; j < modes; ++j)

@@ -13,12 +13,10 @@
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "tests/support/refusal.hpp"
-#include "tests/unit/reducer/box_mesh.hpp"
+#include "tests/unit/reducer/reduced.hpp"
 
 namespace cbr::test::condition_numbers_test {
 namespace {
-
-const Material soft = {1000, 0.3, 2};
 
 double norm_1(const Matrix& A) { return A.cwiseAbs().colwise().sum().maxCoeff(); }
 

@@ -2,7 +2,6 @@
 // Which mass a superelement has where the scene does not say, and that it is the nearer one:
 // docs/decisions/mass.md.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -18,6 +17,7 @@
 #include "reducer/bases/reduce.hpp"
 #include "reducer/command.hpp"
 #include "reducer/domains/domains.hpp"
+#include "tests/formats/temporary_folder.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 
@@ -44,12 +44,6 @@ const Material steel = {.youngs_modulus = 2.1e11, .poissons_ratio = 0.3, .densit
 
 class DefaultMass : public testing::Test {
  protected:
-  DefaultMass()
-      : folder_(fs::temp_directory_path() / ("cbr-default-mass-" + std::to_string(::getpid()))) {
-    fs::create_directories(folder_);
-  }
-  ~DefaultMass() override { fs::remove_all(folder_); }
-
   fs::path file(const std::string& name) const { return folder_ / name; }
 
   // Of components by name, each with options such as "mass: lumped, ".
@@ -81,7 +75,7 @@ class DefaultMass : public testing::Test {
     return read_superelement(file(component + ".cbr.h5")).provenance.at("mass");
   }
 
-  const fs::path folder_;
+  const TemporaryFolder folder_;
 };
 
 TEST_F(DefaultMass, IsConsistentOfTheElementsThatLumpingSpoils) {

@@ -18,11 +18,11 @@
 #include "reducer/partition/partition.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/cut_meshes.hpp"
+#include "tests/unit/reducer/reduced.hpp"
 
 namespace cbr::test::domains_test {
 namespace {
 
-const Material soft = {1000, 0.3, 2};
 constexpr Index all_modes = 1000000;
 
 ReductionOptions in_domains(Index domains, Index modes, std::vector<std::string> sets = {"x_min"}) {
@@ -37,10 +37,6 @@ SuperelementGroup reduced(const Mesh& mesh, const ReductionOptions& options,
                           MassKind mass = MassKind::lumped, GroupFigures* figures = nullptr) {
   Report report("test", Verbosity::quiet);
   return reduce_domains(mesh, properties(mesh, soft), mass, options, {}, report, figures);
-}
-
-double relative(const Matrix& A, const Matrix& B) {
-  return (A - B).cwiseAbs().maxCoeff() / B.cwiseAbs().maxCoeff();
 }
 
 // Rows of the joined superelement that hold the dofs of these mesh nodes.

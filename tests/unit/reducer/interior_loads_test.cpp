@@ -13,12 +13,10 @@
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "tests/support/refusal.hpp"
-#include "tests/unit/reducer/box_mesh.hpp"
+#include "tests/unit/reducer/reduced.hpp"
 
 namespace cbr::test::interior_loads_test {
 namespace {
-
-const Material soft = {1000, 0.3, 2};
 
 // A load on two faces in the middle of the long side, far from the interface at x_max.
 Mesh loaded() {
@@ -36,15 +34,12 @@ Mesh loaded() {
 
 Superelement reduced(const std::vector<std::string>& loads, Index modes = 8,
                      MassKind mass = MassKind::lumped) {
-  set_threads(1);  // small matrices, and other tests run beside this one
-  const Mesh mesh = loaded();
   ReductionOptions options;
   options.interface_sets = {"x_max"};
   options.modes = modes;
   options.loads = loads;
   options.recovery = true;
-  Report report("test", Verbosity::quiet);
-  return reduce(mesh, properties(mesh, soft), mass, options, {}, report);
+  return test::reduced(loaded(), options, mass);
 }
 
 struct Full {

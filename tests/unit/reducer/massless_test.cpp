@@ -10,12 +10,10 @@
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "tests/support/refusal.hpp"
-#include "tests/unit/reducer/box_mesh.hpp"
+#include "tests/unit/reducer/reduced.hpp"
 
 namespace cbr::test::massless_test {
 namespace {
-
-const Material soft = {1000, 0.3, 2};
 
 ReductionOptions massless(std::vector<std::string> sets, Index modes,
                           MasslessModes of = MasslessModes::free) {
@@ -25,22 +23,6 @@ ReductionOptions massless(std::vector<std::string> sets, Index modes,
   options.interface_sets = std::move(sets);
   options.modes = modes;
   return options;
-}
-
-Superelement reduced(const Mesh& mesh, const ReductionOptions& options,
-                     MassKind mass = MassKind::lumped, ReductionFigures* figures = nullptr) {
-  Report report("test", Verbosity::quiet);
-  Superelement s = reduce(mesh, properties(mesh, soft), mass, options, {}, report, figures);
-  check(s, "test");
-  return s;
-}
-
-Mesh skewed(std::array<Index, 3> n = {5, 4, 3}) {
-  return box_mesh({n, {5, 4, 3}, {1, 2, 3}, 0.08});
-}
-
-double relative(const Matrix& A, const Matrix& B) {
-  return (A - B).cwiseAbs().maxCoeff() / B.cwiseAbs().maxCoeff();
 }
 
 // The full model's modes, all of them, and their rows on the superelement's interface.

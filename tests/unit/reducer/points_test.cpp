@@ -12,12 +12,10 @@
 #include "reducer/partition/rigid_points.hpp"
 #include "tests/formats/temporary_folder.hpp"
 #include "tests/support/refusal.hpp"
-#include "tests/unit/reducer/box_mesh.hpp"
+#include "tests/unit/reducer/reduced.hpp"
 
 namespace cbr::test::points_test {
 namespace {
-
-const Material soft = {1000, 0.3, 2};
 
 Component with_points(const std::map<std::string, std::string>& set_of_point, Index modes,
                       std::vector<std::string> sets = {}) {
@@ -35,14 +33,9 @@ Component with_points(const std::map<std::string, std::string>& set_of_point, In
 }
 
 Superelement reduced(const Mesh& mesh, const Component& component, MassKind mass,
-                     const Material& material = soft, ReduceSettings settings = {}) {
-  Report report("test", Verbosity::quiet);
+                     ReduceSettings settings = {}) {
   settings.points = rigid_points(mesh, component);
-  return reduce(mesh, properties(mesh, material), mass, *component.reduction, settings, report);
-}
-
-double relative(const Matrix& A, const Matrix& B) {
-  return (A - B).cwiseAbs().maxCoeff() / B.cwiseAbs().maxCoeff();
+  return test::reduced(mesh, *component.reduction, mass, settings);
 }
 
 Mesh skewed() { return box_mesh({{5, 3, 2}, {5, 3, 2}, {1, 2, 3}, 0.08}); }
@@ -150,7 +143,7 @@ TEST(Points, EveryWayOfCondensationGivesTheSame) {
        {CondensationWay::product, CondensationWay::second_solve, CondensationWay::fronts}) {
     ReduceSettings settings;
     settings.way = way;
-    const Superelement s = reduced(mesh, component, MassKind::lumped, soft, settings);
+    const Superelement s = reduced(mesh, component, MassKind::lumped, settings);
     EXPECT_LT(relative(s.K_cc, first.K_cc), 1e-11);
     EXPECT_LT(relative(s.M_cc, first.M_cc), 1e-11);
   }
@@ -184,8 +177,10 @@ Matrix beam_stiffness(double E, double G, double L, double b) {
 TEST(Points, ABeamHasTimoshenkosTwelveByTwelve) {
   const double E = 1000, L = 20, b = 1;
   const Mesh mesh = box_mesh({{40, 6, 6}, {L, b, b}, {0, -0.5, -0.5}});
-  const Superelement s = reduced(mesh, with_points({{"left", "x_min"}, {"right", "x_max"}}, 0),
-                                 MassKind::lumped, {E, 0, 2});
+  const Component beam = with_points({{"left", "x_min"}, {"right", "x_max"}}, 0);
+  Report report("test", Verbosity::quiet);
+  const Superelement s = reduce(mesh, properties(mesh, {E, 0, 2}), MassKind::lumped,
+                                *beam.reduction, {.points = rigid_points(mesh, beam)}, report);
   const Matrix K = beam_stiffness(E, E / 2, L, b);
   // Against sqrt(K_ii K_jj): rotations and translations have their own units
   const Vector scale = K.diagonal().cwiseSqrt().cwiseInverse();

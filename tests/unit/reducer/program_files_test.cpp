@@ -24,11 +24,11 @@ TEST_F(ProgramFiles, AMeshGivesTheSameFileAsAScene) {
   EXPECT_EQ(s.provenance.at("mesh"), "box.msh");
   EXPECT_EQ(s.provenance.at("block solid: youngs_modulus"), "1000");
   EXPECT_FALSE(s.content_hash.empty());
-  const std::string by_mesh = bytes(path("box.cbr.h5"));
+  const std::string by_mesh = bytes_of(path("box.cbr.h5"));
   fs::remove(path("box.cbr.h5"));
   const std::string handed_on = run({scene("{interface: [x_max], modes: 4}")});
-  EXPECT_EQ(bytes(path("box.cbr.h5")), by_mesh);
-  EXPECT_EQ(bytes(path("twin.cbr.h5")), by_mesh);
+  EXPECT_EQ(bytes_of(path("box.cbr.h5")), by_mesh);
+  EXPECT_EQ(bytes_of(path("twin.cbr.h5")), by_mesh);
   EXPECT_SAYS(handed_on, path("box.cbr.h5"));
 }
 
@@ -91,26 +91,26 @@ TEST_F(ProgramFiles, SetsThatAreNotKeptAreRefusedThoughTheFileIsUpToDate) {
 }
 
 TEST_F(ProgramFiles, OverwritesNoMeshAndNoScene) {
-  const std::string mesh = bytes(path("box.msh"));
+  const std::string mesh = bytes_of(path("box.msh"));
   std::vector<std::string> arguments = mesh_arguments();
   arguments.back() = path("box.msh");
   EXPECT_SAYS(message_of(arguments), "another name");
   fs::create_symlink(path("box.msh"), path("link.h5"));
   const std::string file = scene("{interface: [x_max], modes: 4}");
   const auto with_superelement = [&](const std::string& name) {
-    const std::string text = bytes(file);
+    const std::string text = bytes_of(file);
     const std::string key = "modes: 4";
     std::string changed = text;
     changed.replace(text.find(key), key.size(), key + ", superelement: " + name);
     std::ofstream(file) << changed;
     const std::string message = message_of({file});
-    EXPECT_EQ(bytes(file), changed);
+    EXPECT_EQ(bytes_of(file), changed);
     std::ofstream(file) << text;
     return message;
   };
   EXPECT_SAYS(with_superelement("link.h5"), "the mesh of component 'box'");
   EXPECT_SAYS(with_superelement("scene.yaml"), "the scene itself");
-  EXPECT_EQ(bytes(path("box.msh")), mesh);
+  EXPECT_EQ(bytes_of(path("box.msh")), mesh);
 }
 
 TEST_F(ProgramFiles, TimingsInThePlaceOfASuperelementAreRefusedBeforeTheWork) {
@@ -127,12 +127,12 @@ TEST_F(ProgramFiles, OverwritesNoHdf5FileOfAnotherKind) {
     results.attribute("/", "format", std::string("cbr-results"));
     results.commit();
   }
-  const std::string before = bytes(path("box.cbr.h5"));
+  const std::string before = bytes_of(path("box.cbr.h5"));
   EXPECT_SAYS(message_of(mesh_arguments()), "cbr-results");
-  EXPECT_EQ(bytes(path("box.cbr.h5")), before);
+  EXPECT_EQ(bytes_of(path("box.cbr.h5")), before);
   std::ofstream(path("box.cbr.h5")) << "my notes\n";
   EXPECT_SAYS(message_of(mesh_arguments()), "box.cbr.h5: exists and is not an HDF5 file");
-  EXPECT_EQ(bytes(path("box.cbr.h5")), "my notes\n");
+  EXPECT_EQ(bytes_of(path("box.cbr.h5")), "my notes\n");
   std::ofstream(path("box.cbr.h5"), std::ios::trunc).flush();
   EXPECT_EQ(run(mesh_arguments()), "");  // over an empty one, as mktemp makes it
 }

@@ -220,7 +220,7 @@ TEST_F(Program, RefusesWithTheCure) {
   const std::string cannot =
       scene("{interface: [x_max], modes: 4}",
             "contact: [{between: [a.x_max, b.x_max], enforcement: nodal}]\n");
-  const std::string text = bytes(cannot);
+  const std::string text = bytes_of(cannot);
   std::ofstream(cannot) << text.substr(0, text.find("{end: 1.0}"))
                         << "{end: 1.0, integrator: newmark}\n";
   EXPECT_SAYS(message_of({cannot}), "take enforcement: impulse");

@@ -3,18 +3,17 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "reducer/command.hpp"
+#include "tests/formats/temporary_folder.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
 
@@ -22,13 +21,9 @@ namespace cbr::test {
 
 class ReduceProgram : public testing::Test {
  protected:
-  ReduceProgram()
-      : folder_(std::filesystem::temp_directory_path() /
-                ("cbr-reduce-test-" + std::to_string(::getpid()))) {
-    std::filesystem::create_directories(folder_);
+  ReduceProgram() {
     write_mesh(box_mesh({{3, 2, 2}, {3, 2, 2}, {0, 0, 0}, 0}), folder_ / "box.msh");
   }
-  ~ReduceProgram() override { std::filesystem::remove_all(folder_); }
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
@@ -78,12 +73,7 @@ class ReduceProgram : public testing::Test {
     return file;
   }
 
-  static std::string bytes(const std::filesystem::path& file) {
-    std::ifstream stream(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
 };
 
 }  // namespace cbr::test

@@ -15,29 +15,16 @@
 #include "reducer/modes/diagonal_form.hpp"
 #include "reducer/partition/partition.hpp"
 #include "tests/support/refusal.hpp"
-#include "tests/unit/reducer/box_mesh.hpp"
+#include "tests/unit/reducer/reduced.hpp"
 
 namespace cbr::test::reduce_test {
 namespace {
-
-const Material soft = {1000, 0.3, 2};
 
 ReductionOptions with_modes(std::vector<std::string> sets, Index modes) {
   ReductionOptions options;
   options.interface_sets = std::move(sets);
   options.modes = modes;
   return options;
-}
-
-Superelement reduced(const Mesh& mesh, const ReductionOptions& options,
-                     MassKind mass = MassKind::lumped, const ReduceSettings& settings = {},
-                     ReductionFigures* figures = nullptr) {
-  Report report("test", Verbosity::quiet);
-  return reduce(mesh, properties(mesh, soft), mass, options, settings, report, figures);
-}
-
-Mesh skewed(std::array<Index, 3> n = {5, 4, 3}) {
-  return box_mesh({n, {5, 4, 3}, {1, 2, 3}, 0.08});
 }
 
 Vector full_eigenvalues(const Mesh& mesh, MassKind mass) {
@@ -47,10 +34,6 @@ Vector full_eigenvalues(const Mesh& mesh, MassKind mass) {
 
 Vector reduced_eigenvalues(const Superelement& s) {
   return dense_eigenpairs(reduced_stiffness(s), reduced_mass(s), s.n()).lambda;
-}
-
-double relative(const Matrix& A, const Matrix& B) {
-  return (A - B).cwiseAbs().maxCoeff() / B.cwiseAbs().maxCoeff();
 }
 
 std::string message_of(const Mesh& mesh, const ReductionOptions& options) {

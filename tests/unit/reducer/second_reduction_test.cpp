@@ -8,11 +8,11 @@
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "reducer/domains/domains.hpp"
 #include "tests/unit/reducer/cut_meshes.hpp"
+#include "tests/unit/reducer/reduced.hpp"
 
 namespace cbr::test::second_reduction_test {
 namespace {
 
-const Material soft = {1000, 0.3, 2};
 constexpr Index all_modes = 1000000;
 
 ReductionOptions options_of(Index domains, Index modes, Index second) {
@@ -40,10 +40,6 @@ Superelement once(const Mesh& mesh, Index modes, MassKind mass = MassKind::lumpe
   ReductionOptions options = options_of(1, modes, 0);
   options.exact_modes = true;
   return reduce(mesh, properties(mesh, soft), mass, options, {}, report);
-}
-
-double relative(const Matrix& A, const Matrix& B) {
-  return (A - B).cwiseAbs().maxCoeff() / B.cwiseAbs().maxCoeff();
 }
 
 // Rows of a recovery by node id.

@@ -13,7 +13,7 @@
 #include "common/base/error.hpp"
 #include "common/linalg/eigen/eigenpairs.hpp"
 #include "reducer/bases/reduce.hpp"
-#include "tests/unit/reducer/box_mesh.hpp"
+#include "tests/unit/reducer/reduced.hpp"
 
 namespace cbr::test::sierra_test {
 namespace {
@@ -29,10 +29,6 @@ std::filesystem::path shared_file(const std::string& name) {
 #define CBR_NEEDS(file)               \
   if (!std::filesystem::exists(file)) \
   GTEST_SKIP() << "no " << (file).string() << ": set CBR_SHARED_DATA"
-
-double relative(const Matrix& A, const Matrix& B) {
-  return (A - B).cwiseAbs().maxCoeff() / B.cwiseAbs().maxCoeff();
-}
 
 // Position of each of our interface dofs among Sierra's rows.
 std::vector<Index> rows_by_cbmap(const Superelement& ours, const SierraSuperelement& theirs) {

@@ -9,16 +9,10 @@
 #include "reducer/bases/characteristic/free_shapes.hpp"
 #include "reducer/bases/reduce.hpp"
 #include "tests/support/refusal.hpp"
-#include "tests/unit/reducer/box_mesh.hpp"
+#include "tests/unit/reducer/reduced.hpp"
 
 namespace cbr::test::statics_test {
 namespace {
-
-const Material soft = {1000, 0.3, 2};
-
-Mesh skewed(std::array<Index, 3> n = {5, 4, 3}) {
-  return box_mesh({n, {5, 4, 3}, {1, 2, 3}, 0.08});
-}
 
 ReductionOptions touching(const std::vector<std::string>& sets, std::map<std::string, bool> slides,
                           Index fixed = 8) {
@@ -29,14 +23,6 @@ ReductionOptions touching(const std::vector<std::string>& sets, std::map<std::st
   options.characteristic.modes = 4;
   options.characteristic.needs.touching = std::move(slides);
   return options;
-}
-
-Superelement reduced(const Mesh& mesh, const ReductionOptions& options,
-                     MassKind mass = MassKind::lumped) {
-  Report report("test", Verbosity::quiet);
-  Superelement s = reduce(mesh, properties(mesh, soft), mass, options, {}, report);
-  check(s, "test");
-  return s;
 }
 
 // Answers of the free component to forces (N x s), the inertia of its rigid motions in balance with

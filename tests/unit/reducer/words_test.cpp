@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What cbr-reduce tells and refuses in words: blocks left out, stale files, foreign meshes, --info.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 
@@ -21,6 +20,7 @@
 #include "reducer/command.hpp"
 #include "reducer/estimate/estimate.hpp"
 #include "reducer/judgement/accuracy.hpp"
+#include "tests/formats/temporary_folder.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/unit/common/elements/box_mesh.hpp"
 #include "tests/unit/reducer/box_mesh.hpp"
@@ -32,8 +32,7 @@ namespace fs = std::filesystem;
 
 class Words : public testing::Test {
  protected:
-  Words() : folder_(fs::temp_directory_path() / ("cbr-words-test-" + std::to_string(::getpid()))) {
-    fs::create_directories(folder_);
+  Words() {
     Mesh mesh = box_mesh({{3, 2, 2}, {3, 2, 2}, {0, 0, 0}, 0});
     write_mesh(mesh, folder_ / "box.msh");
     const Block& solid = mesh.blocks.front();
@@ -41,7 +40,6 @@ class Words : public testing::Test {
         {"fin", 2, ElementType::quad4, solid.connectivity.leftCols(4).topRows(2), {101, 102}});
     write_mesh(mesh, folder_ / "fin.exo");
   }
-  ~Words() override { fs::remove_all(folder_); }
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
@@ -80,7 +78,7 @@ class Words : public testing::Test {
     return test::refusal_of([&] { reduce(input); });
   }
 
-  const fs::path folder_;
+  const TemporaryFolder folder_;
 };
 
 TEST(BasisAdvice, IsForFacesOfManyNodesAndBasesThatKeepEachOfThem) {

@@ -12,7 +12,7 @@
 namespace cbr::program_test {
 namespace {
 
-using test::Folder;
+using test::TemporaryFolder;
 
 struct Outcome {
   int code = -1;
@@ -31,11 +31,11 @@ const char* scene_text =
 
 // A folder `work` with a mesh and a scene; what the program prints goes beside it.
 struct Here {
-  Folder folder;
+  TemporaryFolder folder;
   Here() {
     std::filesystem::create_directories(folder / "here");
     write_mesh(test::brick(2, 1, 1), folder / "here" / "brick.msh");
-    test::write_text(folder / "here" / "a.yaml", scene_text);
+    test::write_bytes(folder / "here" / "a.yaml", scene_text);
   }
   Outcome skin(const std::string& arguments) { return run(CBR_SKIN, arguments); }
   Outcome run(const std::string& program, const std::string& arguments) {
@@ -44,11 +44,10 @@ struct Here {
     const int status = std::system(
         ("cd '" + work + "' && " + program + " " + arguments + " > '" + out + "' 2> '" + err + "'")
             .c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, test::read_text(out),
-            test::read_text(err)};
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, test::bytes_of(out), test::bytes_of(err)};
   }
   std::filesystem::path operator/(const std::string& name) const { return folder / "here" / name; }
-  std::size_t n_files() const {
+  std::size_t n_entries() const {
     return static_cast<std::size_t>(
         std::distance(std::filesystem::directory_iterator(folder / "here"),
                       std::filesystem::directory_iterator()));
@@ -78,12 +77,12 @@ TEST(SkinProgram, runsWithKernelsOfThisProcessorUnlessToldOtherwise) {
 TEST(SkinProgram, overwritesNoMeshOfAComponent) {
   Here here;
   std::filesystem::create_symlink("brick.msh", here / "link.msh");
-  const std::string mesh = test::read_text(here / "brick.msh");
+  const std::string mesh = test::bytes_of(here / "brick.msh");
   for (const char* output : {"brick.msh", "link.msh", "../here/brick.msh"}) {
     const Outcome outcome = here.skin(std::string("a.yaml -o ") + output);
     EXPECT_EQ(outcome.code, 2) << output;
     EXPECT_SAYS(outcome.err, "would be overwritten");
-    EXPECT_EQ(test::read_text(here / "brick.msh"), mesh);
+    EXPECT_EQ(test::bytes_of(here / "brick.msh"), mesh);
   }
 }
 
@@ -97,14 +96,14 @@ TEST(SkinProgram, skinsAMesh) {
     const Mesh mesh = read_mesh(here / "s.exo");
     EXPECT_GE(find_block(mesh, "skin.x_max"), 0);
     EXPECT_GE(find_block(mesh, "skin.x_min"), 0);
-    EXPECT_EQ(here.n_files(), 3U);
+    EXPECT_EQ(here.n_entries(), 3U);
   }
   EXPECT_EQ(here.skin("--quiet brick.msh --sideset x_max -o s.msh").err, "");
 }
 
 TEST(SkinProgram, warnsOfReducedIntegrationWhichItsFileCannotHold) {
   Here here;
-  test::write_text(
+  test::write_bytes(
       here.folder / "here" / "r.inp",
       "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n"
       "*ELEMENT, TYPE=C3D8R, ELSET=ALL\n1, 1,2,3,4,5,6,7,8\n*SURFACE, NAME=S\n1, S1\n");
@@ -118,13 +117,13 @@ TEST(SkinProgram, isAFilterOfScenes) {
   const Outcome from_file = here.skin("a.yaml");
   EXPECT_EQ(from_file.code, 0) << from_file.err;
   EXPECT_SAYS(from_file.err, "skin.right.x_max: 1 shells (quad4) on 4 nodes");
-  const std::string mesh = test::read_text(here / "s.msh");
+  const std::string mesh = test::bytes_of(here / "s.msh");
   const Outcome from_stdin = here.skin("- < a.yaml");
   EXPECT_EQ(from_stdin.code, 0) << from_stdin.err;
   EXPECT_EQ(from_file.out, from_stdin.out);
-  EXPECT_EQ(mesh, test::read_text(here / "s.msh"));
+  EXPECT_EQ(mesh, test::bytes_of(here / "s.msh"));
   // What comes out can go in again, anywhere.
-  test::write_text(here.folder / "moved.yaml", from_file.out);
+  test::write_bytes(here.folder / "moved.yaml", from_file.out);
   const Scene scene = read_scene((here.folder / "moved.yaml").string());
   ASSERT_TRUE(scene.skin.has_value());
   EXPECT_EQ(std::filesystem::weakly_canonical(scene.skin->mesh),
@@ -137,13 +136,13 @@ TEST(SkinProgram, aSceneWithoutSkinPassesThroughAndNoMeshIsRead) {
   Here here;
   std::string text = scene_text;
   text.erase(text.find("skin:"), text.find("time:") - text.find("skin:"));
-  test::write_text(here / "a.yaml", text);
+  test::write_bytes(here / "a.yaml", text);
   std::filesystem::remove(here / "brick.msh");
   const Outcome once = here.skin("a.yaml");
   EXPECT_EQ(once.code, 0) << once.err;
-  test::write_text(here.folder / "b.yaml", once.out);
+  test::write_bytes(here.folder / "b.yaml", once.out);
   EXPECT_EQ(here.skin("../b.yaml").out, once.out);
-  EXPECT_EQ(here.n_files(), 1U);
+  EXPECT_EQ(here.n_entries(), 1U);
 }
 
 // The mesh replaced between cbr-reduce and cbr-skin: the skin is of another mesh than the
@@ -160,7 +159,7 @@ TEST(SkinProgram, warnsOfASuperelementThatIsNotOfThePresentMesh) {
     EXPECT_SAYS(stale.err, part);
   ASSERT_EQ(here.run(CBR_REDUCE, "a.yaml -q").code, 0);
   EXPECT_EQ(here.skin("a.yaml -q").err, "");
-  test::write_text(here / "brick.cbr.h5", "no superelement");
+  test::write_bytes(here / "brick.cbr.h5", "no superelement");
   EXPECT_SAYS(here.skin("a.yaml -q").err, "brick.cbr.h5");
 }
 
@@ -176,7 +175,7 @@ TEST(SkinProgram, badInputIsOneLineAndLeavesNothing) {
   };
   const auto changed = [&](const std::string& old, const std::string& by) {
     std::string text = scene_text;
-    test::write_text(here / "b.yaml", text.replace(text.find(old), old.size(), by));
+    test::write_bytes(here / "b.yaml", text.replace(text.find(old), old.size(), by));
   };
   refused("", "INPUT");
   refused("none.yaml", "none.yaml");
@@ -202,7 +201,7 @@ TEST(SkinProgram, badInputIsOneLineAndLeavesNothing) {
   refused("b.yaml", "thickness");
   changed("brick.msh", "wall.msh");
   refused("b.yaml", "wall.msh");
-  EXPECT_EQ(here.n_files(), 3U);  // the mesh and the two scenes
+  EXPECT_EQ(here.n_entries(), 3U);  // the mesh and the two scenes
 }
 
 }  // namespace

@@ -14,8 +14,8 @@
 namespace cbr::skin_test {
 namespace {
 
-using test::Folder;
 using test::refusal_of;
+using test::TemporaryFolder;
 
 Vector3 vector_area(const Points& X, const IndexTable& faces, Index f, int corners) {
   const auto p = [&](Index i) -> Vector3 { return X.row(faces(f, i)).transpose(); };
@@ -45,7 +45,7 @@ Sideset all_sides(const Mesh& mesh, Index b) {
 
 // A brick with sidesets of its six faces is enough of a component; 2 x 1 x 1.
 struct World {
-  Folder folder;
+  TemporaryFolder folder;
   Scene scene;
 
   World() {
@@ -117,7 +117,7 @@ TEST(Skin, shellsShareTheNodesOfTheSidesAndLookOutwards) {
 }
 
 TEST(Skin, ofAMeshSurvivesBothFormats) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const SkinnedMesh skinned = skin_mesh(test::brick(3, 2, 2), {"x_max", "x_min"});
   ASSERT_EQ(skinned.blocks.size(), 2U);
   EXPECT_EQ(skinned.blocks[0].name, "skin.x_max");

@@ -15,17 +15,18 @@
 namespace cbr::deck_test {
 namespace {
 
-using test::Folder;
 using test::refusal_of;
+using test::TemporaryFolder;
 
 const std::string nodes = "1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n",
                   tet = "*ELEMENT, TYPE=C3D4, ELSET=ALL\n1, 1, 2, 3, 4\n",
                   grid = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\n";
 
-std::filesystem::path put(const Folder& folder, const std::string& name, const std::string& text) {
+std::filesystem::path put(const TemporaryFolder& folder, const std::string& name,
+                          const std::string& text) {
   const auto file = folder / name;
   std::filesystem::create_directories(file.parent_path());
-  test::write_text(file, text);
+  test::write_bytes(file, text);
   return file;
 }
 
@@ -39,7 +40,7 @@ const std::string
         "for other thermal strain";
 
 TEST(Deck, includesAreReadInTheirPlace) {
-  const Folder folder;
+  const TemporaryFolder folder;
   put(folder, "a/b/nodes.txt", nodes);
   put(folder, "a/b/tip.inp", "*NSET, NSET=TIP\n4\n");
   put(folder, "a/one.inp", "*include, input=\"b\\two.inp\"\n*NSET, NSET=ONE\n1\n");
@@ -65,7 +66,7 @@ TEST(Deck, includesAreReadInTheirPlace) {
 }
 
 TEST(Deck, aMshOfAbaqusTextIsRecognised) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto file = put(folder, "all.msh", "\n** cgx\n*NODE, NSET=Nall\n" + nodes + tet);
   EXPECT_TRUE(may_hold_materials(file));
   EXPECT_EQ(read_mesh(file).blocks.at(0).name, "ALL");
@@ -73,7 +74,7 @@ TEST(Deck, aMshOfAbaqusTextIsRecognised) {
 }
 
 TEST(Deck, theHashCoversIncludedFiles) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto file = put(folder, "deck.inp", "*INCLUDE, INPUT=n.inp\n" + tet);
   const auto alone = put(folder, "alone.inp", "*NODE\n" + nodes + tet);
   put(folder, "n.inp", "*NODE\n" + nodes);
@@ -86,7 +87,7 @@ TEST(Deck, theHashCoversIncludedFiles) {
 TEST(Deck, wedgesOfSecondOrder) {
   using test::element_points;
   const Points X = element_points(ElementType::wedge15, test::skew_corners(ElementType::wedge15));
-  const Folder folder;
+  const TemporaryFolder folder;
   std::string inp = "*NODE\n", bdf;
   for (Index i = 0; i < 15; ++i) {
     std::ostringstream place;
@@ -176,7 +177,7 @@ TEST(Deck, solidsHaveTheAnswersOfCalculix) {
     std::string material;
     Answers of_calculix;
   };
-  const Folder folder;
+  const TemporaryFolder folder;
   for (const auto& [word, type, material, expected] : std::vector<Case>{
            {"C3D20R",
             ElementType::hex20,
@@ -203,7 +204,7 @@ TEST(Deck, solidsHaveTheAnswersOfCalculix) {
 }
 
 TEST(Deck, blocksOfReducedIntegrationAreMarked) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const Mesh box = test::box_mesh(ElementType::hex8, {2, 1, 1}, Vector3(2, 1, 1));
   std::string text = deck_text(box, "C3D8R", "*SOLID SECTION, ELSET=E, MATERIAL=M\n");
   const Mesh mesh = read_mesh(put(folder, "one.inp", text));
@@ -231,7 +232,7 @@ TEST(Deck, engineeringConstantsThatAreOfNoUseAreNamed) {
                     good = "9, 9, 9, 0.3, 0.3, 0.3, 3, 3,\n3\n",
                     section = "*SOLID SECTION, ELSET=E, MATERIAL=M, ORIENTATION=O\n";
   const Mesh box = test::box_mesh(ElementType::hex8, {1, 1, 1}, Vector3(1, 1, 1));
-  const Folder folder;
+  const TemporaryFolder folder;
   for (const auto& [material, words] : std::vector<std::pair<std::string, std::string>>{
            {elastic + "9, 9, 9, 0.3, 0.3, 0.3, 3, 3\n*ORIENTATION, NAME=O\n1,0,0,0,1,0\n",
             "has 8 of nine engineering constants"},
@@ -276,7 +277,7 @@ TEST(Deck, aRingIsOrthotropicInCylindricalAxes) {
       "*ELASTIC, TYPE=ENGINEERING CONSTANTS\n1000, 4000, 3000, 0.3, 0, 0, 800, 900,\n700\n"
       "*ORIENTATION, NAME=O, SYSTEM=CYLINDRICAL\n0.3, -0.2, 7, 0.3, -0.2, 9\n"
       "*SOLID SECTION, ELSET=E, MATERIAL=M, ORIENTATION=O\n";
-  const Folder folder;
+  const TemporaryFolder folder;
   for (const auto& [word, type, worst] :
        {std::tuple{"C3D20", ElementType::hex20, 2e-3}, {"C3D8I", ElementType::hex8, 4e-3}}) {
     const Mesh mesh = test::box_mesh(type, {8, 8, 1}, Vector3(1, std::numbers::pi / 2, 0.2),
@@ -309,7 +310,7 @@ TEST(Deck, aRingIsOrthotropicInCylindricalAxes) {
 }
 
 TEST(Deck, constraintsOfDecksAreReferencePoints) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string solid = grid + "CTETRA,1,1,1,2,3,4\nGRID,9,,2.,0.,0.\nGRID,10,,0.,3.,0.\n",
                     rigid = "RBE2,5,9,123456,2,3,4,,\n,1.2e-5\n",
                     average = "RBE3,6,,10,123456,1.,123,2,3\n,4,1.,123,1,,,\n";
@@ -425,7 +426,7 @@ TEST(Deck, constraintsOfDecksAreReferencePoints) {
 // nodes.
 TEST(Deck, solidsOfVtkAreInItsOrder) {
   using test::element_points;
-  const Folder folder;
+  const TemporaryFolder folder;
   struct Case {
     ElementType type;
     int number;
@@ -457,7 +458,7 @@ TEST(Deck, solidsOfVtkAreInItsOrder) {
 }
 
 TEST(Deck, hostileIncludesAreOneLine) {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::filesystem::create_directory(folder / "folder");
   ASSERT_EQ(mkfifo((folder / "fifo").c_str(), 0600), 0);
   put(folder, "self.inp", "\n*INCLUDE, INPUT=self.inp\n");
@@ -501,7 +502,7 @@ TEST(Deck, hostileIncludesAreOneLine) {
 }
 
 TEST(Deck, cardsOfNastranThatAreNotReadAreListed) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto deck = [&](const std::string& cards) {
     return read_mesh(
         put(folder, "deck.bdf",
@@ -533,7 +534,7 @@ TEST(Deck, cardsOfNastranThatAreNotReadAreListed) {
 }
 
 TEST(Deck, eachKeywordThatIsNotReadHasItsReason) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto dropped = [&](const std::string& words) {
     return read_mesh(put(folder, "deck.inp", "*NODE\n" + nodes + tet + words)).dropped;
   };
@@ -545,7 +546,7 @@ TEST(Deck, eachKeywordThatIsNotReadHasItsReason) {
 }
 
 TEST(Deck, keywordsThatChangeThePartAreRefused) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string whole = "*NODE\n" + nodes + tet, step = "*STEP\n*STATIC\n";
   const auto deck = [&](const std::string& text) { return put(folder, "deck.inp", whole + text); };
   for (const auto& [text, words] : std::vector<std::pair<std::string, std::string>>{
@@ -565,7 +566,7 @@ TEST(Deck, keywordsThatChangeThePartAreRefused) {
 }
 
 TEST(Deck, aSetMayNameAnElementTwice) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string whole = "*NODE\n" + nodes + tet, twice = "*ELSET, ELSET=TWICE\n1, 1\n",
                     material = "*MATERIAL, NAME=M\n*ELASTIC\n1., .3\n",
                     section = "*SOLID SECTION, ELSET=TWICE, MATERIAL=M\n";
@@ -578,7 +579,7 @@ TEST(Deck, aSetMayNameAnElementTwice) {
 }
 
 TEST(Deck, surfacesOfShellsHaveTwoFaces) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string shells =
                         "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 1, 1, 0\n"
                         "*ELEMENT, TYPE=S3, ELSET=PLATE\n1, 1, 2, 3\n2, 2, 4, 3\n",

@@ -13,8 +13,8 @@
 namespace cbr::exodus_mesh_test {
 namespace {
 
-using test::Folder;
 using test::refusal_of;
+using test::TemporaryFolder;
 
 // Two hexes, a quadrilateral shell and an empty block as another program might write them: any
 // format, either way of coordinates, any spelling, no maps, no names.
@@ -88,7 +88,7 @@ struct Foreign {
 };
 
 TEST(ExodusMesh, readsEveryFlavour) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const Mesh brick = test::brick(1, 1, 2);
   for (const int mode :
        {NC_CLASSIC_MODEL, NC_64BIT_OFFSET, NC_NETCDF4, NC_NETCDF4 | NC_CLASSIC_MODEL})
@@ -113,7 +113,7 @@ TEST(ExodusMesh, readsEveryFlavour) {
 }
 
 TEST(ExodusMesh, theNumberOfNodesDecidesTheType) {
-  const Folder folder;
+  const TemporaryFolder folder;
   for (const char* word : {"TRI", "TRIANGLE", "BAR", "SPHERE", "SUPER", ""}) {
     Foreign foreign;
     foreign.shell = word;
@@ -130,7 +130,7 @@ TEST(ExodusMesh, theNumberOfNodesDecidesTheType) {
 }
 
 TEST(ExodusMesh, writtenAndReadBackIsTheSame) {
-  const Folder folder;
+  const TemporaryFolder folder;
   Mesh zoo = test::zoo();
   zoo.coordinates *= M_PI / 3;
   zoo.sidesets.push_back({"empty", 11, {}});
@@ -141,12 +141,12 @@ TEST(ExodusMesh, writtenAndReadBackIsTheSame) {
     write_mesh(zoo, folder / name);
     test::expect_equal(zoo, read_mesh(folder / name));
   }
-  EXPECT_EQ(test::read_text(folder / "zoo.exo"), test::read_text(folder / "zoo.g"));
-  EXPECT_EQ(folder.n_files(), 3U);
+  EXPECT_EQ(test::bytes_of(folder / "zoo.exo"), test::bytes_of(folder / "zoo.g"));
+  EXPECT_EQ(folder.n_entries(), 3U);
 }
 
 TEST(ExodusMesh, throughGmshAndBackIsTheSame) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const Mesh zoo = test::zoo();
   write_mesh(zoo, folder / "zoo.msh");
   write_mesh(read_mesh(folder / "zoo.msh"), folder / "zoo.exo");
@@ -155,7 +155,7 @@ TEST(ExodusMesh, throughGmshAndBackIsTheSame) {
 }
 
 TEST(ExodusMesh, faultsAreNamed) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto fault = [&](const Foreign& foreign, const std::string& part) {
     foreign.write(folder / "f.exo");
     const auto message = refusal_of([&] { read_mesh(folder / "f.exo"); });
@@ -169,37 +169,37 @@ TEST(ExodusMesh, faultsAreNamed) {
     for (const char* name : {"coordy", "connect1", "elem_ss1", "side_ss1"})
       fault({mode, false, "HEX", "SHELL", 0, 0, name}, name);
   }
-  test::write_text(folder / "g.exo", "solid cube\n");
+  test::write_bytes(folder / "g.exo", "solid cube\n");
   EXPECT_SAYS(refusal_of([&] { read_mesh(folder / "g.exo"); }), "not an Exodus II");
-  test::write_text(folder / "g.exo", "");
+  test::write_bytes(folder / "g.exo", "");
   EXPECT_NE(refusal_of([&] { read_mesh(folder / "g.exo"); }), "no error");
 }
 
 TEST(ExodusMesh, cutShortIsAnErrorAlways) {
-  const Folder folder;
+  const TemporaryFolder folder;
   Foreign{NC_NETCDF4, false, "HEX", "SHELL", 0, 0, ""}.write(folder / "a.exo");
   Foreign{NC_64BIT_OFFSET, false, "HEX", "SHELL", 0, 0, ""}.write(folder / "b.exo");
   write_mesh(test::zoo(), folder / "c.exo");
   for (const char* name : {"a.exo", "b.exo", "c.exo"}) {
-    const std::string whole = test::read_text(folder / name);
+    const std::string whole = test::bytes_of(folder / name);
     for (std::size_t i = 0; i < 50; ++i) {
-      test::write_text(folder / "cut.exo", whole.substr(0, whole.size() * i / 50));
+      test::write_bytes(folder / "cut.exo", whole.substr(0, whole.size() * i / 50));
       EXPECT_THROW(read_mesh(folder / "cut.exo"), InputError) << name << " " << i;
     }
-    test::write_text(folder / "cut.exo", whole.substr(0, whole.size() - 4));
+    test::write_bytes(folder / "cut.exo", whole.substr(0, whole.size() - 4));
     EXPECT_THROW(read_mesh(folder / "cut.exo"), InputError) << name;
   }
 }
 
 TEST(ExodusMesh, flippedBytesNeverCrash) {
-  const Folder folder;
+  const TemporaryFolder folder;
   write_mesh(test::brick(2, 1, 1), folder / "whole.exo");
-  const std::string whole = test::read_text(folder / "whole.exo");
+  const std::string whole = test::bytes_of(folder / "whole.exo");
   int refused = 0;
   for (std::size_t i = 0; i < whole.size(); i += 3) {
     std::string damaged = whole;
     damaged[i] = static_cast<char>(damaged[i] ^ (i % 2 == 0 ? 0x80 : 0x21));
-    test::write_text(folder / "d.exo", damaged);
+    test::write_bytes(folder / "d.exo", damaged);
     try {
       read_mesh(folder / "d.exo");
     } catch (const InputError&) {

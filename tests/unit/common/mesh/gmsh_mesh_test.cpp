@@ -15,8 +15,8 @@
 namespace cbr::gmsh_mesh_test {
 namespace {
 
-using test::Folder;
 using test::refusal_of;
+using test::TemporaryFolder;
 
 struct Recipe {
   std::string name;
@@ -106,7 +106,7 @@ Vector3 vector_area(const Mesh& mesh, const Sideset& set) {
 }
 
 TEST(GmshMesh, readsWhatGmshWritesInEveryFormat) {
-  const Folder folder;
+  const TemporaryFolder folder;
   for (const auto& recipe : recipes()) {
     SCOPED_TRACE(recipe.name + (recipe.binary ? " binary " : " text ") +
                  std::to_string(recipe.version));
@@ -139,7 +139,7 @@ TEST(GmshMesh, readsWhatGmshWritesInEveryFormat) {
 }
 
 TEST(GmshMesh, readsWedgesOfSecondOrder) {
-  const Folder folder;
+  const TemporaryFolder folder;
   make_box({"wedge15", false, 2, true, 4.1, true, true}, folder / "box.msh");
   const Mesh mesh = read_mesh(folder / "box.msh");
   ASSERT_EQ(name(mesh.blocks.at(0).type), "wedge15");
@@ -150,7 +150,7 @@ TEST(GmshMesh, readsWedgesOfSecondOrder) {
 }
 
 TEST(GmshMesh, everyFormatGivesTheSameMesh) {
-  const Folder folder;
+  const TemporaryFolder folder;
   make_box({"hex20", true, 2, true, 4.1, false}, folder / "a.msh");
   make_box({"hex20", true, 2, true, 4.1, true}, folder / "b.msh");
   // gmsh writes 16 digits
@@ -158,19 +158,19 @@ TEST(GmshMesh, everyFormatGivesTheSameMesh) {
 }
 
 TEST(GmshMesh, writtenAndReadBackIsTheSame) {
-  const Folder folder;
+  const TemporaryFolder folder;
   Mesh zoo = test::zoo();
   zoo.coordinates *= M_PI / 3;  // no short decimals
   write_mesh(zoo, folder / "zoo.msh");
   test::expect_equal(zoo, read_mesh(folder / "zoo.msh"));
-  const std::string first = test::read_text(folder / "zoo.msh");
+  const std::string first = test::bytes_of(folder / "zoo.msh");
   write_mesh(zoo, folder / "zoo.msh");
-  EXPECT_EQ(first, test::read_text(folder / "zoo.msh"));
-  EXPECT_EQ(folder.n_files(), 1U);
+  EXPECT_EQ(first, test::bytes_of(folder / "zoo.msh"));
+  EXPECT_EQ(folder.n_entries(), 1U);
 }
 
 TEST(GmshMesh, gmshReadsWhatWeWrite) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const Mesh zoo = test::zoo();
   write_mesh(zoo, folder / "zoo.msh");
   gmsh::initialize(0, nullptr, false);
@@ -206,16 +206,16 @@ TEST(GmshMesh, gmshReadsWhatWeWrite) {
 }
 
 TEST(GmshMesh, flippedBytesNeverCrash) {
-  const Folder folder;
+  const TemporaryFolder folder;
   for (const double version : {2.2, 4.1})
     for (const bool binary : {false, true}) {
       make_box({"hex8", true, 1, false, version, binary}, folder / "whole.msh");
-      const std::string whole = test::read_text(folder / "whole.msh");
+      const std::string whole = test::bytes_of(folder / "whole.msh");
       int refused = 0;
       for (std::size_t i = 0; i < whole.size(); i += 19) {
         std::string damaged = whole;
         damaged[i] = static_cast<char>(damaged[i] ^ (i % 2 == 0 ? 0x80 : 0x03));
-        test::write_text(folder / "d.msh", damaged);
+        test::write_bytes(folder / "d.msh", damaged);
         try {
           read_mesh(folder / "d.msh");
         } catch (const InputError&) {
@@ -227,7 +227,7 @@ TEST(GmshMesh, flippedBytesNeverCrash) {
 }
 
 TEST(GmshMesh, overlappingSidesetsAndSkinsSurviveTheRoundTrip) {
-  const Folder folder;
+  const TemporaryFolder folder;
   Mesh mesh = test::brick(3, 2, 2);
   Sideset both{"both", 7, mesh.sidesets[0].sides};
   both.sides.insert(both.sides.end(), mesh.sidesets[1].sides.begin(), mesh.sidesets[1].sides.end());
@@ -258,8 +258,8 @@ std::string old_file() {
 }
 
 TEST(GmshMesh, format2KeepsTheGroupOfEachElement) {
-  const Folder folder;
-  test::write_text(folder / "old.msh", old_file());
+  const TemporaryFolder folder;
+  test::write_bytes(folder / "old.msh", old_file());
   const Mesh mesh = read_mesh(folder / "old.msh");
   ASSERT_EQ(mesh.blocks.size(), 1U);  // the element repeated for group 6 stays in group 5
   EXPECT_EQ(mesh.blocks[0].element_ids, (std::vector<Index>{10, 11}));
@@ -278,10 +278,10 @@ std::string replaced(std::string text, const std::string& old, const std::string
 }
 
 TEST(GmshMesh, refusesByName) {
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto file = folder / "bad.msh";
   const auto fault = [&](const std::string& text) {
-    test::write_text(file, text);
+    test::write_bytes(file, text);
     const auto message = refusal_of([&] { read_mesh(file); });
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
     EXPECT_EQ(message.rfind(file.string() + ": ", 0), 0U) << message;
@@ -312,17 +312,17 @@ TEST(GmshMesh, refusesByName) {
       "Prism 18");
   // Half of a surface on the solid, half not.
   has(fault(replaced(old_file(), "2 3 2 2 1 9 10 11 12", "2 3 2 1 1 9 10 2 12")), "'low'");
-  EXPECT_EQ(folder.n_files(), 1U);
+  EXPECT_EQ(folder.n_entries(), 1U);
 }
 
 TEST(GmshMesh, aByteOrderMarkIsSkipped) {
-  const Folder folder;
-  test::write_text(folder / "plain.msh", old_file());
-  test::write_text(folder / "marked.msh", "\xEF\xBB\xBF" + old_file());
+  const TemporaryFolder folder;
+  test::write_bytes(folder / "plain.msh", old_file());
+  test::write_bytes(folder / "marked.msh", "\xEF\xBB\xBF" + old_file());
   test::expect_equal(read_mesh(folder / "marked.msh"), read_mesh(folder / "plain.msh"));
   std::vector<std::string> said;
   for (const char* name : {"wide.msh", "wide.inp", "wide.bdf", "wide.unv"}) {
-    test::write_text(folder / name, std::string("\xFE\xFF\0$", 4));
+    test::write_bytes(folder / name, std::string("\xFE\xFF\0$", 4));
     said.push_back(refusal_of([&] { read_mesh(folder / name); }));
   }
   said.push_back(refusal_of([&] { read_scene((folder / "wide.msh").string()); }));
@@ -330,7 +330,7 @@ TEST(GmshMesh, aByteOrderMarkIsSkipped) {
 }
 
 TEST(GmshMesh, cutShortIsAnErrorOrNothingIsMissing) {
-  const Folder folder;
+  const TemporaryFolder folder;
   std::vector<std::filesystem::path> files;
   for (const double version : {2.2, 4.1})
     for (const bool binary : {false, true}) {
@@ -340,11 +340,11 @@ TEST(GmshMesh, cutShortIsAnErrorOrNothingIsMissing) {
   files.push_back(folder / "ours.msh");
   write_mesh(test::zoo(), files.back());
   for (const auto& file : files) {
-    const std::string whole = test::read_text(file);
+    const std::string whole = test::bytes_of(file);
     const Mesh mesh = read_mesh(file);
     int refused = 0;
     for (std::size_t i = 0; i <= 50; ++i) {
-      test::write_text(folder / "cut.msh", whole.substr(0, whole.size() * i / 51));
+      test::write_bytes(folder / "cut.msh", whole.substr(0, whole.size() * i / 51));
       try {
         test::expect_equal(read_mesh(folder / "cut.msh"), mesh);
       } catch (const InputError&) {

@@ -13,7 +13,7 @@ namespace cbr::meshes_test {
 namespace {
 
 Mesh generate(const std::string& script, const std::string& options) {
-  const test::Folder folder;
+  const test::TemporaryFolder folder;
   const std::string out = (folder / "mesh.msh").string();
   const std::string command =
       "gmsh -3 -v 1 '" CBR_SOURCE_DIR "/meshes/" + script + "' " + options + " -o '" + out + "'";

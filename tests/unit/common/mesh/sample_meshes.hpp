@@ -3,17 +3,16 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
-#include <fstream>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "common/mesh/mesh.hpp"
+#include "tests/formats/temporary_folder.hpp"
+#include "tests/support/block_mesh.hpp"
 #include "tests/support/refusal.hpp"
 
 namespace cbr::test {
@@ -156,66 +155,11 @@ inline Mesh zoo() {
 
 // n_x x n_y x n_z unit hexes with sidesets x_min, x_max.
 inline Mesh brick(Index nx, Index ny, Index nz) {
-  Mesh mesh;
-  const auto node = [&](Index i, Index j, Index k) { return i + (nx + 1) * (j + (ny + 1) * k); };
-  mesh.coordinates.resize((nx + 1) * (ny + 1) * (nz + 1), 3);
-  for (Index k = 0; k <= nz; ++k)
-    for (Index j = 0; j <= ny; ++j)
-      for (Index i = 0; i <= nx; ++i) {
-        mesh.coordinates.row(node(i, j, k)) << static_cast<double>(i), static_cast<double>(j),
-            static_cast<double>(k);
-        mesh.node_ids.push_back(node(i, j, k) + 1);
-      }
-  Block block;
-  block.name = "solid";
-  block.id = 1;
-  block.connectivity.resize(nx * ny * nz, 8);
-  Sideset x_min{"x_min", 1, {}}, x_max{"x_max", 2, {}};
-  for (Index k = 0; k < nz; ++k)
-    for (Index j = 0; j < ny; ++j)
-      for (Index i = 0; i < nx; ++i) {
-        const Index e = block.element_ids.size();
-        block.connectivity.row(e) << node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k),
-            node(i, j + 1, k), node(i, j, k + 1), node(i + 1, j, k + 1), node(i + 1, j + 1, k + 1),
-            node(i, j + 1, k + 1);
-        block.element_ids.push_back(e + 1);
-        if (i == 0) x_min.sides.push_back({0, e, 4});
-        if (i == nx - 1) x_max.sides.push_back({0, e, 2});
-      }
-  mesh.blocks.push_back(block);
-  mesh.sidesets = {x_min, x_max};
+  const Vector3 size(static_cast<double>(nx), static_cast<double>(ny), static_cast<double>(nz));
+  Mesh mesh = block_mesh({{nx, ny, nz}, size});
+  mesh.blocks[0].name = "solid";
+  mesh.sidesets.resize(2);
   return mesh;
-}
-
-// A temporary folder for each test.
-class Folder {
- public:
-  Folder() {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    path_ = std::filesystem::temp_directory_path() /
-            (std::string("cbr-") + info->test_suite_name() + "-" + info->name() + "-" +
-             std::to_string(getpid()));
-    std::filesystem::create_directories(path_);
-  }
-  ~Folder() { std::filesystem::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-  std::size_t n_files() const {
-    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(path_),
-                                                  std::filesystem::directory_iterator()));
-  }
-
- private:
-  std::filesystem::path path_;
-};
-
-inline std::string read_text(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
-inline void write_text(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream(file, std::ios::binary) << text;
 }
 
 inline void expect_equal(const Mesh& a, const Mesh& b, double tolerance = 0) {
