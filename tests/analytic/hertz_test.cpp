@@ -214,49 +214,18 @@ void expect_close(const Errors& e, const BallScene& ball, double force, double r
   EXPECT_LT(e.area, std::pow(1 + 2 * ring, 2) - 1);
 }
 
-TEST(Hertz, BallOnBall) {
-  std::vector<double> h, force;
+// A rigid plane, and a stiff plate that is held. Convergence to the finite ball is in
+// tests/cases/hertz.
+TEST(Hertz, APlateIsAWall) {
   BallScene ball;
-  ball.impact.on_plane = false;
-  ball.partner = "ball";
-  Errors e;
-  for (const Index m : {4, 6, 8, 12}) {
-    ball.m = m;
-    e = run_ball(ball);
-    expect_conserved(e, ball.m);
-    h.push_back(1 / double(m));
-    force.push_back(e.force);
-  }
-  EXPECT_GT(observed_order(h, force), 1.8);
-  expect_close(e, ball, 0.005, 0.002);
-  // Hertz himself: 1005.38 N, 60.163 us, 20.441 um, which a finite ball of this size misses
-  // by 1.4, 1.0 and 0.9 %
-  const ImpactAnswer exact = hertz(ball.impact), finite = finite_ball(ball.impact);
-  EXPECT_NEAR((1 + e.peak) * finite.force, exact.force, 0.018 * exact.force);
-  EXPECT_NEAR((1 + e.duration) * finite.duration, exact.duration, 0.013 * exact.duration);
-  EXPECT_NEAR((1 + e.approach) * finite.approach, exact.approach, 0.011 * exact.approach);
-}
-
-TEST(Hertz, BallOnPlane) {
-  std::vector<double> h, force;
-  BallScene ball;
-  Errors e;
-  for (const Index m : {4, 6, 8, 12}) {
-    ball.m = m;
-    e = run_ball(ball);
-    expect_conserved(e, ball.m);
-    h.push_back(1 / double(m));
-    force.push_back(e.force);
-    if (m != 6) continue;
-    ball.partner = "plate";
-    const Errors plate = run_ball(ball);
-    ball.partner = "wall";
-    EXPECT_NEAR(plate.approach, e.approach, 3e-4);
-    EXPECT_NEAR(plate.duration, e.duration, 3e-4);
-    EXPECT_NEAR(plate.force, e.force, 3e-4);
-  }
-  EXPECT_GT(observed_order(h, force), 1.8);
-  expect_close(e, ball, 0.005, 0.002);
+  ball.m = 6;
+  const Errors wall = run_ball(ball);
+  expect_conserved(wall, ball.m);
+  ball.partner = "plate";
+  const Errors plate = run_ball(ball);
+  EXPECT_NEAR(plate.approach, wall.approach, 3e-4);
+  EXPECT_NEAR(plate.duration, wall.duration, 3e-4);
+  EXPECT_NEAR(plate.force, wall.force, 3e-4);
 }
 
 // The spring of a penalty gets stiffer as the step gets shorter, as 1 / h^2, and what it gives way

@@ -26,8 +26,6 @@ using test::random_points;
 using test::shared;
 using test::some_held;
 
-constexpr double alphas[] = {0.0, -0.1, -1.0 / 3};
-
 std::vector<std::shared_ptr<const CoupledModel>> all_models() {
   const test::Brick lumped = test::make_brick({3, 2, 2}, Vector3(1, 0.6, 0.5), {100, 0.3, 2});
   const test::Brick full =
@@ -172,38 +170,6 @@ TEST(CoupledBody, EnergyBalanceClosesToRoundOff) {
   }
 }
 
-TEST(CoupledBody, OnlyHhtTakesEnergy) {
-  std::mt19937 random(9);
-  const auto model = shared(chain_with_shells(4));
-  for (const double alpha : alphas) {
-    const auto body = coupled_body("b", model, {}, {}, Scheme::newmark, {alpha});
-    const Index set = body->track(all_nodes(*body));
-    const Points p = random_points(random, body->n_nodes(), 1);
-    const double h = 3 / body->largest_frequency();
-    body->predict(0, h);
-    body->add_impulses(set, p);
-    body->accept();
-    const double start = body->work().contact;
-    const BodyState state = body->state();
-    const RigidBody& rigid = model->rigid_body;
-    const Vector3 spin = state.angular_momentum - state.center_of_mass.cross(state.momentum);
-    const double elastic = start - 0.5 * state.momentum.squaredNorm() / rigid.mass -
-                           0.5 * spin.dot(solve_symmetric(rigid.inertia, spin));
-    for (int step = 1; step < 300; ++step) {
-      body->predict(step * h, h);
-      body->accept();
-    }
-    EXPECT_NEAR(energy(*body), start + body->work().numerical, 1e-11 * start);
-    if (alpha == 0) {
-      EXPECT_EQ(body->work().numerical, 0);
-    }
-    if (alpha != 0) {
-      EXPECT_LT(body->work().numerical, -0.001 * elastic);  // most of it sits in low modes
-      EXPECT_GT(body->work().numerical, -elastic);
-    }
-  }
-}
-
 TEST(CoupledBody, ResponseIsWhatImpulsesDoAndMomentumIsTheirs) {
   std::mt19937 random(2);
   for (const auto& model : all_models()) {
@@ -255,40 +221,6 @@ TEST(CoupledBody, ResponseIsWhatImpulsesDoAndMomentumIsTheirs) {
       EXPECT_LT((body->state().momentum - momentum).norm(), 1e-10 * scale);
       EXPECT_LT((body->state().angular_momentum - angular).norm(), 1e-10 * angular_scale);
     }
-  }
-}
-
-// Against the exact motion of the diagonal form, smooth loads: errors fall with h^2.
-TEST(CoupledBody, ConvergesWithTheSquareOfTheStep) {
-  const auto model = shared(chain_with_shells(2));
-  const auto form = std::make_shared<const ModalForm>(modal_form(*model, some_held(), "test"));
-  const auto nodes = std::make_shared<const Superelement>(nodes_only(*model));
-  ModalBody exact("b", nodes, form, oblique(true), Scheme::exact);
-  const double end = 4.0 / exact.largest_frequency();
-  std::mt19937 random(2);
-  const Points force = random_points(random, exact.n_nodes(), 50);
-  exact.prepare({.loads = {force_load(force, {{0.0, end}, {0.0, 2.0}})}});
-  exact.predict(0, end);
-  exact.accept();
-  Points u, v, u_exact, v_exact;
-  exact.displacements(u_exact, v_exact);
-  for (const Method& method : methods) {
-    double error[2] = {};
-    for (const int level : {0, 1}) {
-      const auto body =
-          coupled_body("b", model, oblique(true), some_held(), method.scheme, {method.alpha});
-      body->prepare({.loads = {force_load(force, {{0.0, end}, {0.0, 2.0}})}});
-      const int steps = 40 << level;
-      for (int i = 0; i < steps; ++i) {
-        body->predict(i * end / steps, end / steps);
-        body->accept();
-      }
-      body->displacements(u, v);
-      error[level] = (u - u_exact).norm() / u_exact.norm() + (v - v_exact).norm() / v_exact.norm();
-    }
-    EXPECT_GT(std::log2(error[0] / error[1]), 1.85)
-        << method.alpha << " " << error[0] << " " << error[1];
-    EXPECT_LT(error[1], 0.01);
   }
 }
 

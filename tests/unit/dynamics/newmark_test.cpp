@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <random>
 #include <utility>
 
@@ -17,6 +16,8 @@
 namespace cbr::newmark_test {
 namespace {
 
+using test::random_points;
+
 constexpr double alphas[] = {0.0, -0.1, -1.0 / 3};
 
 Superelement reduced(Index k) {
@@ -24,14 +25,10 @@ Superelement reduced(Index k) {
   return test::reduce(block, test::x_nodes(block, true, true), k);
 }
 
-ModalBody make_body(Index k, Scheme scheme, double alpha, const Placement& placement = {}) {
+ModalBody make_body(Index k, double alpha, const Placement& placement = {}) {
   const auto model = test::model(reduced(k));
-  return {"body", model.superelement, model.form, placement, scheme, NewmarkOptions{alpha}};
-}
-
-Points random_points(std::mt19937& random, Index n, double size) {
-  std::normal_distribution<double> normal;
-  return Points::NullaryExpr(n, 3, [&] { return size * normal(random); });
+  return {"body",    model.superelement, model.form,
+          placement, Scheme::newmark,    NewmarkOptions{alpha}};
 }
 
 std::pair<Vector, Vector> coordinates(const Body& body) {
@@ -89,7 +86,7 @@ TEST(Newmark, IsTheSchemeOfTheDenseMatrices) {
 TEST(Newmark, ResponseIsWhatImpulsesDoAndTheInverseOfTheSystemMatrix) {
   std::mt19937 random(2);
   for (const double alpha : alphas) {
-    ModalBody body = make_body(8, Scheme::newmark, alpha, test::oblique(true));
+    ModalBody body = make_body(8, alpha, test::oblique(true));
     const Index set = body.track({0, 3, 5, 11});
     for (const double share : {0.5, 2.0, 300.0}) {
       const double h = share / body.largest_frequency();
@@ -109,7 +106,7 @@ TEST(Newmark, ResponseIsWhatImpulsesDoAndTheInverseOfTheSystemMatrix) {
     }
     // h / 2 A^-1 at the dofs of an upright body
     const Superelement s = reduced(8);
-    ModalBody upright = make_body(8, Scheme::newmark, alpha);
+    ModalBody upright = make_body(8, alpha);
     const Index one = upright.track({4});
     const double h = 5 / upright.largest_frequency();
     const NewmarkOptions newmark{alpha};
@@ -122,7 +119,7 @@ TEST(Newmark, ResponseIsWhatImpulsesDoAndTheInverseOfTheSystemMatrix) {
 TEST(Newmark, MomentumIsThatOfTheImpulses) {
   std::mt19937 random(1);
   for (const double alpha : alphas) {
-    ModalBody body = make_body(12, Scheme::newmark, alpha, test::oblique(true));
+    ModalBody body = make_body(12, alpha, test::oblique(true));
     std::vector<Index> nodes = first_numbers(body.n_nodes());
     const Index set = body.track(nodes);
     const double h = 20 / body.largest_frequency();
@@ -153,7 +150,7 @@ TEST(Newmark, EnergyBalanceClosesToRoundOff) {
   std::mt19937 random(3);
   for (const double alpha : alphas) {
     for (const double share : {1.2, 150.0}) {
-      ModalBody body = make_body(12, Scheme::newmark, alpha, test::oblique(true));
+      ModalBody body = make_body(12, alpha, test::oblique(true));
       const Index set = body.track({1, 4, 7});
       body.prepare({.loads = {force_load(random_points(random, body.n_nodes(), 4.0), ramp),
                               gravity_load(Vector3(0, 0, -9.81))}});
@@ -183,7 +180,7 @@ TEST(Newmark, EnergyBalanceClosesToRoundOff) {
 TEST(Newmark, AverageAccelerationKeepsAllEnergyAndHhtTakesIt) {
   for (const double share : {0.2, 1.0, 2.0, 20.0, 200.0}) {
     for (const double alpha : alphas) {
-      ModalBody body = make_body(20, Scheme::newmark, alpha);
+      ModalBody body = make_body(20, alpha);
       const Index set = body.track({0});
       Points p(1, 3);
       p << 1, -2, 3;
@@ -255,7 +252,7 @@ TEST(Newmark, EachModeKeepsItsEnergyInManySteps) {
 // longer by (omega h)^2 / 12.
 TEST(Newmark, HhtDampsHighFrequenciesAndSparesLowOnes) {
   const auto left_after = [](double x, double alpha) {
-    ModalBody body = make_body(20, Scheme::newmark, alpha);
+    ModalBody body = make_body(20, alpha);
     const Index set = body.track({0});
     Points p(1, 3);
     p << 1, 0, 0;
@@ -275,35 +272,6 @@ TEST(Newmark, HhtDampsHighFrequenciesAndSparesLowOnes) {
   EXPECT_GT(slow, 0.999);
   EXPECT_LT(fast, 0.9 * slow);
   EXPECT_LT(faster, 0.9 * slow);
-}
-
-// Against the exact motion under a smooth load.
-TEST(Newmark, IsOfSecondOrder) {
-  std::mt19937 random(5);
-  const Points force = random_points(random, make_body(5, Scheme::exact, 0).n_nodes(), 3.0);
-  History smooth;
-  for (int i = 0; i <= 4000; ++i) {
-    smooth.time.push_back(1e-4 * i);
-    smooth.value.push_back(0.5 - 0.5 * std::cos(2 * std::numbers::pi * smooth.time.back() / 0.4));
-  }
-  const auto end_of = [&](Scheme scheme, double alpha, int steps) {
-    ModalBody body = make_body(5, scheme, alpha);
-    body.prepare({.loads = {force_load(force, smooth)}});
-    const double h = 0.4 / steps;
-    for (int i = 0; i < steps; ++i) {
-      body.predict(i * h, h);
-      body.accept();
-    }
-    return coordinates(body);
-  };
-  const auto [q, rate] = end_of(Scheme::exact, 0, 1);
-  for (const double alpha : alphas) {
-    const auto [q1, rate1] = end_of(Scheme::newmark, alpha, 400);
-    const auto [q2, rate2] = end_of(Scheme::newmark, alpha, 800);
-    EXPECT_GT(std::log2((q1 - q).norm() / (q2 - q).norm()), 1.9) << alpha;
-    EXPECT_GT(std::log2((rate1 - rate).norm() / (rate2 - rate).norm()), 1.9) << alpha;
-    EXPECT_LT((q2 - q).norm(), 1e-2 * q.norm());
-  }
 }
 
 }  // namespace
