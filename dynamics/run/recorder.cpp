@@ -110,31 +110,18 @@ Recorder::Recorder(Simulation& simulation) : sim_(simulation) {
   work_.resize(sim_.bodies.size());
 }
 
-void Recorder::record(double t, double interval, const std::vector<char>& resting,
+void Recorder::record(double t, std::optional<double> interval, const std::vector<char>& resting,
                       ContactState& state, const ContactOutcome& outcome) {
+  const double span = interval.value_or(1);
   result_.time.push_back(t);
   coordinates_.clear();
   record_energy(resting, state.friction_work);
   record_reactions(t, interval, state);
-  record_monitors(interval, state);
+  record_monitors(span, state);
   record_stress(t);
-  if (looks_now()) look_at_depths(sim_, outcome);
-  record_pairs(interval, outcome);
-  record_pressure(interval, state);
-  check_finite(t, outcome);
-}
-
-void Recorder::record_statics(double t, const std::vector<char>& resting, ContactState& state,
-                              const ContactOutcome& outcome) {
-  result_.time.push_back(t);
-  coordinates_.clear();
-  record_energy(resting, state.friction_work);
-  record_static_reactions(t, state);
-  record_monitors(1, state);
-  record_stress(t);
-  if (result_.time.size() > 1) look_at_depths(sim_, outcome);
-  record_pairs(1, outcome);
-  record_pressure(1, state);
+  if (interval ? looks_now() : result_.time.size() > 1) look_at_depths(sim_, outcome);
+  record_pairs(span, outcome);
+  record_pressure(span, state);
   check_finite(t, outcome);
 }
 
@@ -300,51 +287,42 @@ void Recorder::record_energy(const std::vector<char>& resting, double friction) 
   result_.work_numerical.push_back(numerical);
 }
 
-// Reactions: change of momentum without loads and contact. Call before the sums of contact are
-// reset.
-void Recorder::record_reactions(double t, double interval, const ContactState& state) {
+// Reactions: change of momentum, of which equilibrium has none, without loads and contact. Call
+// before the sums of contact are reset.
+void Recorder::record_reactions(double t, std::optional<double> interval,
+                                const ContactState& state) {
   std::vector<Vector3> of_contact(sim_.supports.empty() ? 0 : sim_.bodies.size(), Vector3::Zero());
   for (std::size_t c = 0; c < sim_.contact_nodes.size() && !of_contact.empty(); ++c)
     of_contact[sim_.contact_nodes[c].body] += force_on(sim_, c, state);
   for (std::size_t b = 0; b < sim_.supports.size(); ++b) {
     if (!sim_.supports[b]) continue;
     RunResult::OfBody& of = result_.bodies[b];
-    const std::vector<double>& momentum = of.momentum.values;
-    if (!(interval > 0) || momentum.size() < 6) {
-      of.reaction.add(Vector3::Zero());
-      continue;
+    Vector3 rest = Vector3::Zero();
+    if (interval) {
+      const std::vector<double>& momentum = of.momentum.values;
+      if (!(*interval > 0) || momentum.size() < 6) {
+        of.reaction.add(rest);
+        continue;
+      }
+      const Eigen::Map<const Vector3> now(momentum.data() + momentum.size() - 3),
+          before(momentum.data() + momentum.size() - 6);
+      rest = now - before;
     }
-    const Eigen::Map<const Vector3> now(momentum.data() + momentum.size() - 3),
-        before(momentum.data() + momentum.size() - 6);
-    Vector3 impulse = now - before - of_contact[b];
+    rest -= of_contact[b];
     for (const Supports::Resultant& load : sim_.supports[b]->loads)
-      impulse -= load.history.integral(t - interval, t) * load.force;
-    of.reaction.add(impulse / interval);
+      rest -=
+          (interval ? load.history.integral(t - *interval, t) : load.history.value(t)) * load.force;
+    of.reaction.add(rest / interval.value_or(1));
   }
-  record_sets([&](Body& body) { return body.take_reactions(t, interval); });
-}
-
-void Recorder::record_sets(const std::function<std::vector<Reaction>(Body&)>& ask) {
   std::vector<Reaction> of_body;
   for (std::size_t i = 0; i < sim_.reactions.size(); ++i) {
     const ReactionWatch& watch = sim_.reactions[i];
-    if (watch.set == 0) of_body = ask(*watch.body);
+    if (watch.set == 0)
+      of_body =
+          interval ? watch.body->take_reactions(t, *interval) : watch.body->static_reactions(t);
     result_.reactions[i].force.add(of_body[watch.set].force);
     result_.reactions[i].moment.add(of_body[watch.set].moment);
   }
-}
-
-void Recorder::record_static_reactions(double t, const ContactState& state) {
-  std::vector<Vector3> rest(sim_.supports.empty() ? 0 : sim_.bodies.size(), Vector3::Zero());
-  for (std::size_t c = 0; c < sim_.contact_nodes.size() && !rest.empty(); ++c)
-    rest[sim_.contact_nodes[c].body] -= force_on(sim_, c, state);
-  for (std::size_t b = 0; b < sim_.supports.size(); ++b) {
-    if (!sim_.supports[b]) continue;
-    for (const Supports::Resultant& load : sim_.supports[b]->loads)
-      rest[b] -= load.history.value(t) * load.force;
-    result_.bodies[b].reaction.add(rest[b]);
-  }
-  record_sets([&](Body& body) { return body.static_reactions(t); });
 }
 
 void Recorder::check_finite(double t, const ContactOutcome& outcome) const {

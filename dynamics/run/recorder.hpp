@@ -2,8 +2,8 @@
 // Records results at the output times.
 #pragma once
 
-#include <functional>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "dynamics/run/contact/contact_step.hpp"
@@ -18,12 +18,10 @@ class Recorder {
 
   // Precondition: all bodies are at time t, `interval` after the last record (0: the first). Takes
   // and resets the sums of contact. RunError if a recorded value is not finite, with time and
-  // instance, pair or surface. resting, per body: at rest since the last record.
-  void record(double t, double interval, const std::vector<char>& resting, ContactState& state,
-              const ContactOutcome& outcome);
-  // In equilibrium: sums of contact are forces, and reactions balance loads and contact.
-  void record_statics(double t, const std::vector<char>& resting, ContactState& state,
-                      const ContactOutcome& outcome);
+  // instance, pair or surface. resting, per body: at rest since the last record. Without an
+  // interval in equilibrium: sums of contact are forces, and reactions balance loads and contact.
+  void record(double t, std::optional<double> interval, const std::vector<char>& resting,
+              ContactState& state, const ContactOutcome& outcome);
   RunResult& result() { return result_; }
   void keep_state(StateArchive& archive);
 
@@ -31,9 +29,7 @@ class Recorder {
   void record_monitors(double interval, ContactState& state);
   void record_energy(const std::vector<char>& resting, double friction);
   void record_stress(double t);
-  void record_reactions(double t, double interval, const ContactState& state);
-  void record_sets(const std::function<std::vector<Reaction>(Body&)>& ask);
-  void record_static_reactions(double t, const ContactState& state);
+  void record_reactions(double t, std::optional<double> interval, const ContactState& state);
   bool looks_now() const;
   void record_pairs(double interval, const ContactOutcome& outcome);
   void record_pressure(double interval, ContactState& state);

@@ -92,7 +92,7 @@ class StaticLoop {
 
   void record() {
     const Stopwatch watch(recorder_.result().seconds.output);
-    recorder_.record_statics(sim_.plan.time(step_), moving_, state_, outcome_);
+    recorder_.record(sim_.plan.time(step_), std::nullopt, moving_, state_, outcome_);
     if (options_.on_output) options_.on_output(step_, sim_.plan.time(step_));
   }
 

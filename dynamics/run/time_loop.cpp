@@ -49,7 +49,7 @@ class TimeLoop {
       keep_state(*options_.restart);
       options_.restart->finish();
     } else if (!recorder_.result().failure.empty()) {
-      recorder_.record_statics(0, resting_, state_, outcome_);  // at rest
+      recorder_.record(0, std::nullopt, resting_, state_, outcome_);  // at rest
       if (options_.on_output) options_.on_output(0, 0);
       return std::move(recorder_.result());
     } else {
