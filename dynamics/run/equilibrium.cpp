@@ -5,7 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <numeric>
-#include <set>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -42,12 +42,22 @@ constexpr double lost = 10;
 // that follows would not be in equilibrium.
 constexpr double at_rest = 1e-11;
 constexpr int most_repeats = 5;
-// Iterations in which a body that slides has not yet left its place.
-constexpr Index first_slides = 3;
-// Relative to the largest motion of a body's points: those at the axis about which it turns.
-constexpr double at_axis = 0.1;
 
 double largest(const Vector& x) { return x.size() > 0 ? x.lpNorm<Eigen::Infinity>() : 0; }
+
+// Ends the terms of every tie with that of a bolt; without one takes it away.
+void end_terms(ContactList& ties, std::optional<Index> bolt) {
+  ContactList list;
+  for (ContactPoint point : ties.points) {
+    const auto first = ties.terms.begin() + point.first_term;
+    point.first_term = static_cast<Index>(list.terms.size());
+    list.terms.insert(list.terms.end(), first, first + point.n_terms - (bolt ? 0 : 1));
+    if (bolt) list.terms.push_back({*bolt, 0, -1});
+    point.n_terms += bolt ? 1 : -1;
+    list.points.push_back(point);
+  }
+  ties = std::move(list);
+}
 
 }  // namespace
 
@@ -262,49 +272,6 @@ void Equilibrium::solve(Change& change) {
         largest(moves_.segment(first, n)) > lost * extent_of(*sim_.bodies[b]))
       refuse_unheld(static_cast<Index>(b), left_.segment(first, n));
   }
-}
-
-// A body without balance slides if all of its points do so where it begins, before it leaves them.
-void Equilibrium::note_slide(Index b, const Vector& left) {
-  Slide& slide = slides_[b];
-  if (largest(left) == 0) {
-    slide = {};
-    return;
-  }
-  if (++slide.n > first_slides) return;
-  const std::string pairs = sliding_pairs(b, left);
-  if (slide.n == 1 || pairs.empty()) slide.pairs = pairs;
-  if (slide.n == 1 || left.norm() < slide.left.norm()) slide.left = left;
-}
-
-// The pairs of a body's closed points, if friction is at its limit at every one that `left` moves.
-std::string Equilibrium::sliding_pairs(Index b, const Vector& left) const {
-  std::set<std::string> names;
-  bool any = false;
-  double most = 0, held = 0;  // motion along the faces: of all points, of those that do not slide
-  at_pushing_points([&](const Solved& solved, std::size_t p, std::size_t i) {
-    const ContactPair& pair = sim_.pairs[p];
-    const PointLaw& law = solved.group.laws[i];
-    const auto is_of = [&](Index contact) {
-      return contact >= 0 && contact < static_cast<Index>(forces_.size()) &&
-             sim_.contact_nodes[contact].body == b;
-    };
-    if (law.law == ContactLaw::frictionless) return;
-    if (!is_of(pair.slave->body) && !is_of(pair.master->body)) return;
-    const ContactPoint& point = solved.group.list.points[i];
-    Vector3 way = Vector3::Zero();
-    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t)
-      if (const ContactTerm& term = solved.group.list.terms[t]; is_of(term.body))
-        way += term.coefficient * (floating_[term.body].R.middleRows(3 * term.node, 3) * left);
-    const double moved = (point.frame.bottomRows<2>() * way).norm();
-    const bool is_sliding = law.law == ContactLaw::coulomb &&
-                            slides(solved.result.p.row(static_cast<Index>(i)), law.friction);
-    any |= is_sliding;
-    most = std::max(most, moved);
-    if (!is_sliding) held = std::max(held, law.law == ContactLaw::tied ? HUGE_VAL : moved);
-    names.insert(pair.name);
-  });
-  return any && held <= at_axis * most ? join({names.begin(), names.end()}) : "";
 }
 
 // Columns of the bodies of pairs, and of their bolts; ascending.
@@ -598,16 +565,7 @@ void Equilibrium::add_bolts() {
     body.start = body.end = body.impulses = body.friction = Points::Zero(1, 3);
     body.response.set_block(Matrix::Zero(3, 3));
     state_.bodies.push_back(std::move(body));
-    ContactList with;
-    for (ContactPoint point : pair.state().ties.points) {
-      const auto first = pair.state().ties.terms.begin() + point.first_term;
-      point.first_term = static_cast<Index>(with.terms.size());
-      with.terms.insert(with.terms.end(), first, first + point.n_terms);
-      with.terms.push_back({bolt.body, 0, -1});
-      ++point.n_terms;
-      with.points.push_back(point);
-    }
-    pair.state().ties = std::move(with);
+    end_terms(pair.state().ties, bolt.body);
     bolts_.push_back(bolt);
   }
 }
@@ -617,17 +575,8 @@ void Equilibrium::lock_bolts() {
   for (const Bolt& bolt : bolts_) {
     ContactPair& pair = sim_.pairs[bolt.pair];
     pair.pretension->length = bolt.length;
-    PairState& now = pair.state();
-    now.tie_offset.rowwise() += bolt.length * bolt.normal.transpose();
-    ContactList without;
-    for (ContactPoint point : now.ties.points) {
-      const auto first = now.ties.terms.begin() + point.first_term;
-      point.first_term = static_cast<Index>(without.terms.size());
-      --point.n_terms;
-      without.terms.insert(without.terms.end(), first, first + point.n_terms);
-      without.points.push_back(point);
-    }
-    now.ties = std::move(without);
+    pair.state().tie_offset.rowwise() += bolt.length * bolt.normal.transpose();
+    end_terms(pair.state().ties, {});
   }
   state_.bodies.resize(sim_.contact_nodes.size());
   if (!floating_.empty()) floating_.resize(sim_.contact_nodes.size());

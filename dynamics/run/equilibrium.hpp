@@ -45,6 +45,8 @@ class Equilibrium {
 
  private:
   static constexpr Index most_iterations = 100;  // of a load step
+  // Iterations in which a body that slides has not yet left its place.
+  static constexpr Index first_slides = 3;
   // A pretension as a body of one node, whose position is the pull along the normal. With a given
   // force it floats.
   struct Bolt {
@@ -108,10 +110,10 @@ class Equilibrium {
   [[noreturn]] void refuse_unheld(Index body, Vector left) const;
   void note_slide(Index body, const Vector& left);
   std::string sliding_pairs(Index body, const Vector& left) const;
+  std::string load_step() const;
   // Of this iteration: solved, pair, place in its list.
   using PointTaker = std::function<void(const Solved&, std::size_t, std::size_t)>;
   void at_pushing_points(const PointTaker& take) const;
-  std::string load_step() const;
   double first_way() const;
   void add_bolts();
   void lock_bolts();

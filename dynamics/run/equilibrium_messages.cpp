@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -12,6 +13,8 @@
 namespace cbr {
 namespace {
 
+// Relative to the largest motion of a body's points: those at the axis about which it turns.
+constexpr double at_axis = 0.1;
 // Number of points in a message, of those that open and close endlessly.
 constexpr std::size_t told_points = 3;
 
@@ -38,6 +41,49 @@ std::string Equilibrium::load_step() const {
     text << "load step to t = " << last_t_;
   }
   return text.str();
+}
+
+// A body without balance slides if all of its points do so where it begins, before it leaves them.
+void Equilibrium::note_slide(Index b, const Vector& left) {
+  Slide& slide = slides_[b];
+  if (left.isZero(0)) {
+    slide = {};
+    return;
+  }
+  if (++slide.n > first_slides) return;
+  const std::string pairs = sliding_pairs(b, left);
+  if (slide.n == 1 || pairs.empty()) slide.pairs = pairs;
+  if (slide.n == 1 || left.norm() < slide.left.norm()) slide.left = left;
+}
+
+// The pairs of a body's closed points, if friction is at its limit at every one that `left` moves.
+std::string Equilibrium::sliding_pairs(Index b, const Vector& left) const {
+  std::set<std::string> names;
+  bool any = false;
+  double most = 0, held = 0;  // motion along the faces: of all points, of those that do not slide
+  at_pushing_points([&](const Solved& solved, std::size_t p, std::size_t i) {
+    const ContactPair& pair = sim_.pairs[p];
+    const PointLaw& law = solved.group.laws[i];
+    const auto is_of = [&](Index contact) {
+      return contact >= 0 && contact < static_cast<Index>(forces_.size()) &&
+             sim_.contact_nodes[contact].body == b;
+    };
+    if (law.law == ContactLaw::frictionless) return;
+    if (!is_of(pair.slave->body) && !is_of(pair.master->body)) return;
+    const ContactPoint& point = solved.group.list.points[i];
+    Vector3 way = Vector3::Zero();
+    for (Index t = point.first_term; t < point.first_term + point.n_terms; ++t)
+      if (const ContactTerm& term = solved.group.list.terms[t]; is_of(term.body))
+        way += term.coefficient * (floating_[term.body].R.middleRows(3 * term.node, 3) * left);
+    const double moved = (point.frame.bottomRows<2>() * way).norm();
+    const bool is_sliding = law.law == ContactLaw::coulomb &&
+                            slides(solved.result.p.row(static_cast<Index>(i)), law.friction);
+    any |= is_sliding;
+    most = std::max(most, moved);
+    if (!is_sliding) held = std::max(held, law.law == ContactLaw::tied ? HUGE_VAL : moved);
+    names.insert(pair.name);
+  });
+  return any && held <= at_axis * most ? join({names.begin(), names.end()}) : "";
 }
 
 // Error with the body that changes most, and the pair whose points open and close most.
