@@ -11,8 +11,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 85421,
-    "files of product": 541,
+    "lines of product": 85381,
+    "files of product": 535,
     "lines of python/cbr": 1979,
     "lines of tests": 64415,
     "files of tests": 379,
