@@ -11,7 +11,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 85381,
+    "lines of product": 85440,
     "files of product": 535,
     "lines of python/cbr": 1979,
     "lines of tests": 64415,

@@ -21,7 +21,10 @@ namespace {
 constexpr double relative_gap = basis_precision;
 constexpr double to_round_off = 1e-13;
 // Candidates for pick: participation (docs/decisions/reduction.md).
-constexpr Index least_candidates = 200, candidates_per_mode = 4;
+constexpr Index least_candidates = 200, candidates_per_mode = 2;
+// Twice as many where these are a tenth of all modes: a coarse mesh, whose modes are as short as
+// its elements.
+constexpr Index coarse_mesh = 10;
 // Minutes of dense work and 5 GB, as a last resort.
 constexpr Index largest_dense = 15000;
 
@@ -227,7 +230,9 @@ Index count_modes_below(const Partition& partition, const SparseCholesky& factor
 
 Index n_mode_candidates(Pick pick, Index wanted, Index n_interior) {
   if (pick != Pick::participation || wanted == 0 || wanted >= n_interior) return wanted;
-  return std::min(n_interior, std::max(candidates_per_mode * wanted, least_candidates));
+  const Index candidates = candidates_per_mode * wanted;
+  const bool is_coarse = 2 * candidates * coarse_mesh > n_interior;
+  return std::min(n_interior, std::max((is_coarse ? 2 : 1) * candidates, least_candidates));
 }
 
 std::vector<Index> modes_by_participation(const Matrix& M_kc, Index count) {

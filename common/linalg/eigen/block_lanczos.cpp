@@ -29,6 +29,8 @@ namespace {
 
 // Up to this tolerance Ritz vectors are eigenvectors to about round-off.
 constexpr double to_round_off = 1e-9;
+// Of a block to those before it: below, the space loses nothing to modes that only make a basis.
+constexpr double still_orthogonal = 1e-8;
 
 class BlockLanczos {
  public:
@@ -42,6 +44,7 @@ class BlockLanczos {
         k_(k),
         b_(options.block > 0 ? options.block : chosen_block(n, k)),
         m_(largest_basis()),
+        may_skip_(options.tolerance > to_round_off),
         V_(n_, b_, m_ + b_) {}
 
   Eigenpairs run(double sigma) {
@@ -160,6 +163,11 @@ class BlockLanczos {
     return true;
   }
 
+  // Whether U has kept its digits in orthonormalise_once().
+  static bool is_even(const Matrix& R) {
+    return R.diagonal().minCoeff() > 1e-3 * R.diagonal().maxCoeff();
+  }
+
   // The same, and P <- P L^-T
   bool orthonormalise_both(Eigen::Ref<Matrix> U, Matrix& P, Matrix& R) {
     if (!orthonormalise_once(U, P, R)) return false;
@@ -214,12 +222,22 @@ class BlockLanczos {
       }
       Matrix R, R_again;
       if (!orthonormalise_once(U, P_, R)) return false;
+      if (skips_ && is_even(R)) {
+        multiply_on_right(inverse_, P_);
+      } else {
+        times_M_(U, P_);
+      }
       // Against all, as orthonormalising enlarges the round-off that was left
-      times_M_(U, P_);
-      const Matrix rest = V_.transposed_product(columns, P_);
-      V_.subtract(rest, U);
-      h += rest * R;
-      times_M_(U, P_);
+      if (!skips_) {
+        const Matrix rest = V_.transposed_product(columns, P_);
+        V_.subtract(rest, U);
+        h += rest * R;
+        times_M_(U, P_);
+        may_skip_ = may_skip_ && rest.cwiseAbs().maxCoeff() < still_orthogonal;
+      }
+      // What a block has of the last but one it passes on as it is, what it has of the last grown
+      // by theta_1 / theta of the newest: so the next but one need not be looked at
+      skips_ = may_skip_ && !skips_;
       // U was orthonormal before the last subtraction, up to round-off: once is enough
       if (!orthonormalise_both(U, P_, R_again)) return false;
       last_ = R_again * R;
@@ -329,6 +347,7 @@ class BlockLanczos {
     H_.diagonal().head(kept) = theta_.head(kept);
     size_ = kept;
     is_restarted_ = true;
+    skips_ = false;
   }
 
   const MassProduct& times_M_;
@@ -336,6 +355,8 @@ class BlockLanczos {
   const BlockLanczosOptions& options_;
   Index goal_ = 0;  // pairs that must converge: k, or more of those inside the spectrum
   Index n_ = 0, k_ = 0, b_ = 0, m_ = 0, size_ = 0;
+  // Whether every other block, and whether the next one, need not be made orthogonal to all.
+  bool may_skip_ = false, skips_ = false;
   Index n_converged_ = 0;
   double share_ = 0, next_share_ = 0.8;  // of the work: at the last look, and at the next one
   double sigma_ = 0;

@@ -231,15 +231,16 @@ void multiply_symmetric(const SparseMatrix& M, const Eigen::Ref<const Matrix>& U
     return;
   }
   // A row of U stands together, as every entry of M meets one
-  const Matrix U_t = U.transpose();
-  const Index parts = (n + slab_rows - 1) / slab_rows;
-  share(parts, static_cast<double>(M.nonZeros() * p), [&](Index part) {
-    const Index end = std::min(n, (part + 1) * slab_rows);
-    Vector sum(p);
-    for (Index i = part * slab_rows; i < end; ++i) {
-      sum.setZero();
-      for (SparseMatrix::InnerIterator it(M, i); it; ++it) sum += it.value() * U_t.col(it.row());
-      P.row(i) = sum.transpose();
+  const Matrix U_t = in_groups(U);
+  const Index slabs = (n + slab_rows - 1) / slab_rows;
+  share(slabs, static_cast<double>(M.nonZeros() * p), [&](Index i) {
+    const Index row = i * slab_rows, count = std::min(slab_rows, n - row);
+    Matrix P_t(narrow::width, count);
+    for (Index first = 0; first < p; first += narrow::width) {
+      const Index columns = std::min(narrow::width, p - first);
+      narrow::multiply_columns(M, row, count, U_t.col(first / narrow::width * n).data(),
+                               P_t.data());
+      P.block(row, first, count, columns) = P_t.topRows(columns).transpose();
     }
   });
 }

@@ -2,6 +2,7 @@
 #include "common/linalg/kernels/narrow_product.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cstring>
 #include <utility>
 
@@ -113,6 +114,23 @@ CBR_INLINE void panel_in(const double* L, Index stride, Index rows, Index column
                                       to);
 }
 
+// Sums of two, so that an addition need not wait for the one before
+template <typename In>
+CBR_INLINE void sparse_columns(const Index* start, const Index* row, const double* value,
+                               Index count, const double* X_t, double* Y_t) {
+  for (Index j = 0; j < count; ++j) {
+    In even{}, odd{};
+    Index i = start[j];
+    for (; i + 1 < start[j + 1]; i += 2) {
+      even.add(value[i], In::read(X_t + width * row[i]));
+      odd.add(value[i + 1], In::read(X_t + width * row[i + 1]));
+    }
+    if (i < start[j + 1]) even.add(value[i], In::read(X_t + width * row[i]));
+    even.add(1, odd);
+    even.write(Y_t + width * j);
+  }
+}
+
 CBR_CLONES void add(const double* L, Index stride, Index rows, Index columns, const double* X_t,
                     double* Y_t) {
   panel_in<Avx2, false>(L, stride, rows, columns, X_t, Y_t);
@@ -120,6 +138,11 @@ CBR_CLONES void add(const double* L, Index stride, Index rows, Index columns, co
 CBR_CLONES void subtract(const double* L, Index stride, Index rows, Index columns,
                          const double* Y_t, double* X_t) {
   panel_in<Avx2, true>(L, stride, rows, columns, Y_t, X_t);
+}
+
+CBR_CLONES void sparse(const Index* start, const Index* row, const double* value, Index count,
+                       const double* X_t, double* Y_t) {
+  sparse_columns<Avx2>(start, row, value, count, X_t, Y_t);
 }
 
 #ifdef CBR_AVX512
@@ -150,6 +173,12 @@ void subtract_transposed(const double* L, Index stride, Index rows, Index column
   if (has_avx512()) return subtract_wide(L, stride, rows, columns, Y_t, X_t);
 #endif
   subtract(L, stride, rows, columns, Y_t, X_t);
+}
+
+void multiply_columns(const SparseMatrix& M, Index first, Index count, const double* X_t,
+                      double* Y_t) {
+  assert(M.isCompressed());
+  sparse(M.outerIndexPtr() + first, M.innerIndexPtr(), M.valuePtr(), count, X_t, Y_t);
 }
 
 }  // namespace cbr::narrow

@@ -15,5 +15,8 @@ void multiply(const double* L, Index stride, Index rows, Index columns, const do
               double* Y_t);
 void subtract_transposed(const double* L, Index stride, Index rows, Index columns,
                          const double* Y_t, double* X_t);
+// Y^T = X^T M of `count` columns of M from `first` on, X^T 8 x rows of M.
+void multiply_columns(const SparseMatrix& M, Index first, Index count, const double* X_t,
+                      double* Y_t);
 
 }  // namespace cbr::narrow
