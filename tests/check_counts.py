@@ -14,7 +14,7 @@ BOUNDS = {
     "lines of product": 85440,
     "files of product": 535,
     "lines of python/cbr": 1979,
-    "lines of tests": 64415,
+    "lines of tests": 64454,
     "files of tests": 379,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 355,

@@ -14,6 +14,7 @@
 #include "common/linalg/dense.hpp"
 #include "common/mesh/face_weights.hpp"
 #include "dynamics/output/results.hpp"
+#include "dynamics/setup/modal/scene_modes.hpp"
 #include "tests/support/refusal.hpp"
 #include "tests/support/scene_run.hpp"
 #include "tests/support/solve.hpp"
@@ -157,6 +158,44 @@ TEST_F(Harmonic, OfTiedHalvesIsThatOfTheWhole) {
     const double found = error(respond(yaml), push_of_beam, Vector3::Zero());
     std::printf("tied %s and %s: %.2g\n", a, b, found);
     EXPECT_LT(found, 8e-11) << a << " " << b;
+  }
+}
+
+// Clamped halves, pressed together by their interference and damped by stiffness alone: every mode
+// has the ratio omega beta / 2, and motion far below all resonances is that of statics over 1 + i w
+// beta.
+TEST_F(Harmonic, StiffnessDampsResidualCompliance) {
+  const double slow_hz = 1e-5, slow = 1 / (2 * std::numbers::pi * slow_hz);
+  Report report("test", Verbosity::quiet);
+  for (const std::string basis :
+       {"craig-bampton", "massless", "massless, massless_modes: tapered", "characteristic"}) {
+    const auto scene = [&](double delay) {
+      return "materials: {soft: {youngs_modulus: 200, poissons_ratio: 0.3, density: 1, damping: "
+             "{beta: " +
+             text(delay) +
+             "}}}\ncomponents: {half: {mesh: half.exo, material: soft, reduction: {modes: 13, "
+             "interface: [x_min, x_max], basis: " +
+             basis +
+             "}}}\ninstances:\n  a: {component: half, as: superelement}\n  b: {component: half, "
+             "as: "
+             "superelement, position: [1, 0.1, 0], rotation: [0, 0, 180]}\n"
+             "contact: [{between: [a.x_max, b.x_max], friction: 0.3, interference: 1.0e-3}]\n"
+             "boundary: [{instance: a, nodes: x_min, fix: [x, y, z]}, {instance: b, nodes: x_min, "
+             "fix: [x, y, z]}]\nloads: [{instance: a, surface: x_max, force: [1, 2, 3], history: "
+             "{time: [0, 1], value: [0, 1]}}]\noutput: {history: [b.x_max]}\n"
+             "time: {end: 1.0e-9}\nsweep: {from_hz: 1.0e-5, to_hz: 2.0e-5, points: 2}\n";
+    };
+    const auto tip = [&](double delay) {
+      return Eigen::RowVector3cd(respond(scene(delay)).sets.at(0).displacement.row(0));
+    };
+    const double creep = (tip(slow) * Complex(1, 1) - tip(0)).norm() / tip(0).norm();
+    const InstanceModes modes =
+        scene_modes(folder_.prepare(scene(beta)).scene, 20, report).instances.at(0);
+    const Vector ratio = std::numbers::pi * beta * modes.frequency_hz;
+    const double damped = (modes.damping_ratio.array() / ratio.array() - 1).abs().maxCoeff();
+    std::printf("%s: %td modes %.1e, sweep %.1e\n", basis.c_str(), ratio.size(), damped, creep);
+    EXPECT_LT(damped, 1e-9) << basis;
+    EXPECT_LT(creep, 1e-8) << basis;
   }
 }
 

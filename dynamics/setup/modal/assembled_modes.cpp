@@ -327,10 +327,7 @@ class Assembled {
     Vector least = Vector::Constant(energy.size(), energy_round_off * lowest_);
     for (const Part& part : parts_) {
       const Matrix x = of.Phi.middleRows(part.first, part.size);
-      if (part.S.size() > 0) {
-        const Matrix p = of.p(part.rows, Eigen::all);
-        energy += p.cwiseProduct(part.S * p).colwise().sum().transpose();
-      }
+      energy += residual_energy(part, of);
       if (part.mesh == nullptr) {
         energy += x.cwiseAbs2().transpose() * part.lambda();
         continue;
@@ -400,17 +397,25 @@ class Assembled {
     return found;
   }
 
+  // Energy of residual compliance and springs of a part in each mode.
+  static Vector residual_energy(const Part& part, const Solution& of) {
+    if (part.S.size() == 0) return Vector::Zero(of.Phi.cols());
+    const Matrix p = of.p(part.rows, Eigen::all);
+    return p.cwiseProduct(part.S * p).colwise().sum().transpose();
+  }
+
   // phi . C phi of each mode: its own damping and dashpots.
   Vector damping(const Solution& of) const {
     const Vector omega = of.lambda.cwiseMax(0).cwiseSqrt();
     Vector c = Vector::Zero(omega.size());
     for (std::size_t i = 0; i < parts_.size(); ++i) {
-      const Matrix x = of.Phi.middleRows(parts_[i].first, parts_[i].size);
-      if (parts_[i].mesh == nullptr) {
-        c += x.cwiseAbs2().transpose() * parts_[i].body->damping_rates();
-        continue;
-      }
-      c += of_mesh(scene_.built.instances[bodies_[i]].damping, *parts_[i].mesh, x, omega);
+      const Part& part = parts_[i];
+      if (part.body->is_joint()) continue;  // a dashpot, below
+      const Damping& own = scene_.built.instances[bodies_[i]].damping;
+      const Matrix x = of.Phi.middleRows(part.first, part.size);
+      c += part.mesh != nullptr ? of_mesh(own, *part.mesh, x, omega)
+                                : Vector(x.cwiseAbs2().transpose() * part.body->damping_rates());
+      c += own.material.beta * residual_energy(part, of);
     }
     if (dashpots_.empty()) return c;
     // Without joints a row is A x + S p

@@ -81,11 +81,11 @@ struct Asked {
   std::vector<std::size_t> set;
   ModalAnswer answer;
   Vector c, loads;
-  // of a mesh, for its series: damping alpha M + beta K
-  double alpha = 0, beta = 0;
-  Complex stiffer(double w) const { return {1, w * beta}; }
+  // Damping alpha M + beta K, of a mesh's series and of residual compliance.
+  MaterialDamping damping;
+  Complex stiffer(double w) const { return {1, w * damping.beta}; }
   // Replaces w^2 in the series, which is then divided by stiffer(w).
-  Complex square(double w) const { return Complex(w * w, -w * alpha) / stiffer(w); }
+  Complex square(double w) const { return Complex(w * w, -w * damping.alpha) / stiffer(w); }
 };
 
 class Sweep {
@@ -104,11 +104,12 @@ class Sweep {
     for (std::size_t b = 0; b < asked_.size(); ++b) {
       asked_[b].answer = modal.bodies[b].answer(asked_[b].sums, series_terms);
       asked_[b].c = modal.bodies[b].damping_rates();
+      if (b < modal.built.instances.size())
+        asked_[b].damping = modal.built.instances[b].damping.material;
       asked_[b].loads = modal.bodies[b].loads();
       excites_ |=
           !asked_[b].loads.isZero(0) || drives_[b].any() || !asked_[b].answer.r[0].isZero(0);
     }
-    damp_meshes();
   }
 
   bool excites() const { return excites_; }
@@ -184,14 +185,6 @@ class Sweep {
       for (Index i = 0; i < y.size(); ++i)
         y[i] += carried(b, asked_[b].sums[i]).cast<Complex>().dot(s);
     return y;
-  }
-
-  void damp_meshes() {
-    for (std::size_t b = 0; b < modal_.built.instances.size(); ++b) {
-      if (modal_.bodies[b].mesh() == nullptr) continue;
-      asked_[b].alpha = modal_.built.instances[b].damping.material.alpha;
-      asked_[b].beta = modal_.built.instances[b].damping.material.beta;
-    }
   }
 
   // Change of the sum per unit translation of the whole body, by component. Rotation nodes do not
