@@ -295,7 +295,7 @@ std::vector<SceneKey> scene_keys(ContactOptions& c) {
           {"pressures", Own{c.pressures, read_pressures, pressures_text}},
           {"tied", TrueOrFalse{c.tied}},
           {"adjust", Number{c.adjust, not_negative}},
-          {"pretension.force", Number{c.pretension_force}},
+          {"pretension.force", Number{c.pretension_force, not_negative}},
           {"pretension.shortening", Number{c.shortening}},
           {"overlap", OneWord{c.resolves_overlap, overlap_words}, c.resolves_overlap},
           {"interference", Number{c.interference}, c.interference != 0}};

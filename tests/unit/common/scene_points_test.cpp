@@ -97,8 +97,8 @@ TEST(Scene, staticsPointsAndLinksArrive) {
   EXPECT_EQ(written(read_text(elsewhere, written(on_set))), written(on_set));
   refused("[a.tip, ground]", "[a.top, ground]", "which is no point");
   refused("at: [1, 2, 3]", "coupling: stiff", "average, rigid");
-  refused("pretension: {force: 7}", "pretension: {force: 7}, friction: 0.1",
-          "tied surfaces do not slide");
+  refused("force: 7}", "force: 7}, friction: 0.1", "tied surfaces do not slide");
+  refused("force: 7}", "force: -7}", "found '-7', expected a number from 0");
 }
 
 TEST(Scene, aSuperelementAloneArrives) {
