@@ -186,15 +186,12 @@ void StandingResponse::take(Combinations of, const std::vector<Index>& from) {
   mixed_ = std::move(mixed);
 }
 
-// Column k of `rows` += H of the statics of column u of A, at the single rows.
-void StandingResponse::Part::add_to_rows(const StandingResponse& all, Index u, Index k,
-                                         RowMajor& rows) const {
+// `rows` += H of the statics of column u of A, at the single rows.
+void StandingResponse::Part::add_to_rows(const StandingResponse& all, Index u, double* rows) const {
   // moved(e): of entry e of the single rows
   const auto add = [&](const auto& moved, double factor) {
-    double* const to = rows.data() + k;
-    const Index stride = rows.cols();
     for (std::size_t e = 0; e < single_row.size(); ++e)
-      to[stride * single_row[e]] += factor * single_value[e] * moved(e);
+      rows[single_row[e]] += factor * single_value[e] * moved(e);
   };
   const auto add_column = [&](const double* f, double factor) {
     add([f, column = single_column.data()](std::size_t e) { return f[column[e]]; }, factor);
@@ -216,8 +213,8 @@ Matrix StandingResponse::columns(const std::vector<Index>& some) const {
   const Index n = of_.Y.cols();
   const auto n_some = static_cast<Index>(some.size());
   // Displacements of the functions, and of the rows of single points, by residual compliance
-  RowMajor of_N = RowMajor::Zero(of_N_.rows(), n_some),
-           of_rows = RowMajor::Zero(static_cast<Index>(of_.rows.size()), n_some);
+  RowMajor of_N = RowMajor::Zero(of_N_.rows(), n_some);
+  Matrix by_column = Matrix::Zero(static_cast<Index>(of_.rows.size()), n_some);
   Vector sum(of_N_.rows());
   for (Index k = 0; k < n_some; ++k) {
     const Index u = some[k];
@@ -227,8 +224,9 @@ Matrix StandingResponse::columns(const std::vector<Index>& some) const {
     for (SparseMatrix::InnerIterator it(of_.Z, u); it; ++it)
       add_scaled(rows_of_N_.col(of_.rows[it.row()]).data(), sum.size(), it.value(), sum.data());
     of_N.col(k) = sum;
-    for (const Part& part : parts_) part.add_to_rows(*this, u, k, of_rows);
+    for (const Part& part : parts_) part.add_to_rows(*this, u, by_column.col(k).data());
   }
+  const RowMajor of_rows = by_column;
   RowMajor statics = RowMajor::Zero(n, n_some);
   for (Index u = 0; u < n; ++u) {
     for (SparseMatrix::InnerIterator it(of_.Y, u); it; ++it)

@@ -62,7 +62,7 @@ class StandingResponse {
     // Columns `fresh` of X_of_N and F_of_N.
     void combine(const SparseMatrix& N, const std::vector<Index>& fresh);
     void fill_statics(const Combinations& of, Index u, double* f) const;
-    void add_to_rows(const StandingResponse& all, Index u, Index k, RowMajor& rows) const;
+    void add_to_rows(const StandingResponse& all, Index u, double* rows) const;
     void take(const Combinations& of, const std::vector<Index>& from,
               const std::vector<Index>& mixed, const std::vector<Index>& mixed_from);
   };
