@@ -18,7 +18,8 @@ constexpr double reach_of_points = 0.5;
 // Points in addition to the functions of a search: W grows by one row each, by three with friction.
 // A patch of no more closing points than few_points, and than half of the face, has points alone:
 // functions of the part of a face that lands tilted had 30 % of the momentum wrong. Nor are there
-// functions where more than half as many unknowns as points would remain: they saved no time.
+// functions where more than half as many unknowns as points would remain: they saved no time. Whole
+// ones count for that if half of the cells close: else they lost 2 % of a momentum.
 // Beyond most_points functions are whole: more points cost more than they mend. With friction, the
 // deepest few suffice beside them (docs/decisions/pressures.md).
 constexpr std::size_t few_points = 100, most_points = 400, most_points_with_friction = 150,
@@ -80,8 +81,11 @@ class Chooser {
     std::vector<std::size_t> points = points_beside(cells, search, before != nullptr);
     const auto n_functions =
         static_cast<std::size_t>(std::count(cells.closed().begin(), cells.closed().end(), 1));
-    if (before == nullptr && all.size() > few_points &&
-        2 * (n_functions + points.size()) > all.size())
+    const auto n_cells = static_cast<std::size_t>(search.functions->size());
+    const std::size_t deepest = friction ? deepest_with_friction : most;
+    const bool is_whole = points.size() > most && 2 * n_functions >= n_cells;
+    const std::size_t n_unknowns = is_whole ? n_cells + deepest : n_functions + points.size();
+    if (before == nullptr && all.size() > few_points && 2 * n_unknowns > all.size())
       return add_patch(all, search, number);
     chosen.whole = points.size() > most || (before != nullptr && before->whole);
     if (chosen.whole) {
@@ -90,7 +94,7 @@ class Chooser {
       if (before != nullptr && before->whole)
         points = points_of(before->slots, cells);
       else
-        keep_deepest(friction ? deepest_with_friction : most, points);
+        keep_deepest(deepest, points);
       for (const std::size_t i : points) chosen.slots.push_back(list_.points[i].slot);
     }
     chosen.closed = cells.closed();
