@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "common/base/error.hpp"
+#include "common/linalg/dense.hpp"
 #include "dynamics/run/contact/contact_group.hpp"
 
 namespace cbr {
@@ -292,6 +293,52 @@ std::vector<Index> Equilibrium::columns_of(const std::vector<Index>& pairs) cons
   return columns;
 }
 
+// Motions of the columns that contact must hold (columns x k), orthonormal: all but the rigid ones
+// of the pairs' bodies as a whole. Empty: all, as something holds or loads these, or ties span a
+// gap. Forces of points that have slid since they were projected have a small moment: by it a free
+// assembly turned without end.
+Matrix Equilibrium::held_motions(const std::vector<Index>& pairs,
+                                 const std::vector<Index>& columns) const {
+  // touches: relative to a face; a pretension shortens a bolt
+  constexpr double same = 1e-9, touches = 0.1;
+  constexpr Index rigid_motions = 6;
+  const auto n = static_cast<Index>(columns.size());
+  const Matrix all;
+  Matrix whole = Matrix::Zero(n, rigid_motions);
+  std::vector<Index> contacts;
+  for (const Index p : pairs) {
+    const ContactPair& pair = sim_.pairs[p];
+    if (pair.wall) return all;
+    const Points& offset = pair.seen().tie_offset;
+    if (offset.size() > 0 && offset.rowwise().norm().maxCoeff() > touches * pair.slave->size)
+      return all;
+    contacts.insert(contacts.end(), {pair.slave->body, pair.master->body});
+  }
+  sort_uniquely(contacts);
+  for (const Index c : contacts) {
+    const ContactNodes& nodes = sim_.contact_nodes[c];
+    const Matrix& R = floating_[c].R;
+    if (R.cols() != rigid_motions) return all;
+    const Points x = sim_.bodies[nodes.body]->reference_positions()(nodes.nodes, Eigen::all);
+    Matrix rigid(R.rows(), rigid_motions);
+    for (Index i = 0; i < x.rows(); ++i) {
+      rigid.block<3, 3>(3 * i, 0).setIdentity();
+      for (int d = 0; d < 3; ++d)
+        rigid.block<3, 1>(3 * i, 3 + d) = Vector3::Unit(d).cross(Vector3(x.row(i)));
+    }
+    const PivotedQr factor(R, same);
+    if (factor.rank() < rigid_motions) return all;
+    const Matrix own = factor.solve(rigid);
+    if ((R * own - rigid).norm() > same * rigid.norm()) return all;
+    const auto at = std::lower_bound(columns.begin(), columns.end(), floating_[c].first);
+    whole.middleRows(at - columns.begin(), rigid_motions) = own;
+  }
+  const Matrix Q = PivotedQr(whole).Q();
+  const Vector loads = Q.leftCols(rigid_motions).transpose() * Vector(loads_(columns));
+  if (largest(loads) > balanced * largest_load_) return all;
+  return Q.rightCols(n - rigid_motions);
+}
+
 // In statics functions are for a number, or for more points than a dense W serves: friction's work
 // in a function that slides in part is wrong.
 bool Equilibrium::takes_functions(const ContactGroup& group, std::size_t search) const {
@@ -329,9 +376,9 @@ void Equilibrium::solve_group(const std::vector<Index>& pairs, const std::vector
         return b < static_cast<Index>(forces_.size()) && bends(static_cast<std::size_t>(b));
       }))
     memories_[pairs.front()] = {.gap = memories_[pairs.front()].gap};
-  StaticResult result =
-      enforce_static(group.list, group.laws, group.guess, floating_, columns, loads_, largest_load_,
-                     most_way_, state_.bodies, searches, memories_[pairs.front()]);
+  StaticResult result = enforce_static(
+      group.list, group.laws, group.guess, floating_, columns, held_motions(pairs, columns), loads_,
+      largest_load_, most_way_, state_.bodies, searches, memories_[pairs.front()]);
   for (const Index b : group.bodies) give(b);
   move(columns, result, change);
   change.residual = std::max(change.residual, result.of_points.residual);

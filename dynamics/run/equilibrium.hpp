@@ -98,6 +98,7 @@ class Equilibrium {
                    Change& change);
   void move(const std::vector<Index>& columns, const StaticResult& result, Change& change);
   std::vector<Index> columns_of(const std::vector<Index>& pairs) const;
+  Matrix held_motions(const std::vector<Index>& pairs, const std::vector<Index>& columns) const;
   void give(Index contact_body);
   void look_at_nodes(Change& change);
   void book();

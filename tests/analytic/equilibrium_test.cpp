@@ -465,6 +465,53 @@ TEST(StaticsOfBolts, ClampAJointOfPlates) {
   }
 }
 
+// Eccentric, on meshes that do not match: nothing holds it, or the mean motion of a face is held.
+TEST(StaticsOfBolts, ClampAFreeJoint) {
+  SceneFolder folder;
+  folder.add("low.exo", test::block_mesh({{9, 8, 2}, {34, 32, 4}}));
+  folder.add("up.exo", test::block_mesh({{7, 6, 2}, {30, 30, 4}}));
+  folder.add("head.exo", test::block_mesh({{4, 4, 2}, {10, 10, 5}}));
+  folder.add("shank.exo", test::block_mesh({{3, 3, 6}, {5, 5, 8}}));
+  for (const std::string as : {"mesh", "superelement"}) {
+    for (const std::string friction : {"0.3", "0.05"}) {
+      const auto run = [&](bool is_held) {
+        std::string text =
+            "materials: {m: {youngs_modulus: 2.1e5, poissons_ratio: 0.3, density: 7.85e-9}}\n"
+            "components:\n";
+        for (const std::string part : {"low", "up", "head", "shank"})
+          text += "  " + part + ": {mesh: " + part +
+                  ".exo, material: m, points: {p: {surface: z_max, coupling: average}}, reduction: "
+                  "{interface: [z_min, z_max], modes: 5}}\n";
+        text += "instances:\n  low: {component: low, as: " + as +
+                "}\n  up: {component: up, as: " + as +
+                ", position: [2, 1, 4]}\n  head: {component: head, as: " + as +
+                ", position: [11, 12, 8]}\n  shank: {component: shank, as: " + as +
+                ", position: [14, 14, 0]}\n  nut: {component: head, as: " + as +
+                ", position: [12, 11, -5]}\ncontact:\n"
+                "  - {between: [shank.z_max, head.z_min], pretension: {force: 20000}}\n"
+                "  - {between: [shank.z_min, nut.z_max], tied: true}\n";
+        for (const std::string pair :
+             {"up.z_min, low.z_max", "head.z_min, up.z_max", "nut.z_max, low.z_min"})
+          text += "  - {between: [" + pair + "], friction: " + friction + "}\n";
+        if (is_held) text += "links: [{between: [low.p, ground]}]\n";
+        return folder.run(text + "time: {static: true, end: 1, step: 1}\noutput: {}\n");
+      };
+      const Ran held = run(true), free = run(false);
+      const std::string where = as + " " + friction;
+      EXPECT_EQ(held.result.failure + free.result.failure, "") << where;
+      EXPECT_NEAR(free.result.total.back(), held.result.total.back(),
+                  1e-6 * held.result.total.back())
+          << where;
+      for (std::size_t pair = 0; pair < free.result.pairs.size(); ++pair)
+        EXPECT_LT(
+            (at(free.result.pairs[pair]["force"], 1) - at(held.result.pairs[pair]["force"], 1))
+                .norm(),
+            1e-5 * 20000)
+            << where << " " << pair;
+    }
+  }
+}
+
 // Two bars between fixed ends that are too long by 0.02: as meshed, or by a length in the scene.
 TEST_P(Statics, AnInterferenceFitIsPressedTogether) {
   const std::vector<std::pair<double, std::string>> fits{{0.98, "overlap: resolve"},

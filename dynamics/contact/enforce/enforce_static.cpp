@@ -40,6 +40,11 @@ Matrix floating_rows(const ContactList& list, const std::vector<PointLaw>& laws,
       .select(B, 0);
 }
 
+// Amplitudes of all columns.
+Vector of_columns(const Matrix& motions, const Vector& a) {
+  return motions.size() > 0 ? Vector(motions * a) : a;
+}
+
 // Relative violation; 0 below the round-off of gaps, which are differences of positions.
 double share_of_gaps(double violation, double scale, const ContactList& list,
                      const std::vector<ContactBody>& bodies) {
@@ -55,11 +60,12 @@ class StaticStep {
  public:
   StaticStep(const ContactList& list, const std::vector<PointLaw>& laws,
              const std::vector<FloatingNodes>& floating, const std::vector<Index>& columns,
-             const std::vector<ContactBody>& bodies, StaticMemory& memory)
+             const Matrix& motions, const std::vector<ContactBody>& bodies, StaticMemory& memory)
       : list_(list),
         laws_(laws),
         floating_(floating),
         columns_(columns),
+        motions_(motions),
         bodies_(bodies),
         memory_(memory) {}
 
@@ -98,7 +104,7 @@ class StaticStep {
   // Gaps by floating motions.
   Vector moved(const Vector& moves) const {
     if (moves.size() == 0) return Vector::Zero(first_rows(laws_).back());
-    return floating_rows(list_, laws_, floating_, columns_) * moves;
+    return floating_rows(list_, laws_, floating_, columns_) * of_columns(motions_, moves);
   }
 
   // The points, each with the gap that it would have without the force of its own unknown. Open
@@ -132,13 +138,16 @@ class StaticStep {
  private:
   // Forces of unresisted motions are round-off: `force`, the largest, scales their springs
   void form(const ContactUnknowns& unknowns, double force, double most_way) {
-    if (memory_.system && memory_.columns == columns_ && laws_ == memory_.laws &&
-        same_rows(list_, memory_.rows, laws_, 0) && same_matrix(unknowns.A, memory_.A))
+    if (memory_.system && memory_.columns == columns_ &&
+        memory_.motions.cols() == motions_.cols() && memory_.motions == motions_ &&
+        laws_ == memory_.laws && same_rows(list_, memory_.rows, laws_, 0) &&
+        same_matrix(unknowns.A, memory_.A))
       return;
     const SparseMatrix* A = unknowns.reduced ? &unknowns.A : nullptr;
     GapResponse W = gap_response(list_, laws_, bodies_, &ContactBody::response, A);
     if (W.is_sparse) W.dense = W.sparse;
     Matrix B = floating_rows(list_, laws_, floating_, columns_);
+    if (motions_.size() > 0) B = (B * motions_).eval();
     if (A != nullptr) B = (A->transpose() * B).eval();
     memory_.diagonal = W.dense.diagonal();
     memory_.system = std::make_shared<StaticSystem>(std::move(W.dense), std::move(B),
@@ -147,6 +156,7 @@ class StaticStep {
     memory_.rows = list_;
     memory_.laws = laws_;
     memory_.columns = columns_;
+    memory_.motions = motions_;
     memory_.A = unknowns.A;
   }
 
@@ -154,6 +164,7 @@ class StaticStep {
   const std::vector<PointLaw>& laws_;
   const std::vector<FloatingNodes>& floating_;
   const std::vector<Index>& columns_;
+  const Matrix& motions_;
   const std::vector<ContactBody>& bodies_;
   StaticMemory& memory_;
   Vector x_;
@@ -179,22 +190,25 @@ ContactList by_forces(const ContactList& list, const std::vector<FunctionsOfSear
 
 StaticResult enforce_static(const ContactList& list, const std::vector<PointLaw>& laws,
                             const Points& guess, const std::vector<FloatingNodes>& floating,
-                            const std::vector<Index>& columns, const Vector& forces,
-                            double largest_force, double most_way, std::vector<ContactBody>& bodies,
+                            const std::vector<Index>& columns, const Matrix& motions,
+                            const Vector& forces, double largest_force, double most_way,
+                            std::vector<ContactBody>& bodies,
                             const std::vector<FunctionsOfSearch>& searches, StaticMemory& memory) {
-  const Vector c = forces(columns);
+  Vector c = forces(columns);
+  if (motions.size() > 0) c = (motions.transpose() * c).eval();
   if (list.empty()) {
+    const Vector left = of_columns(motions, c);
     const auto n = static_cast<Index>(columns.size());
     return {{.p = Points(0, 3), .gap = Points(0, 3)},
-            unheld_moves(c, Matrix::Identity(n, n), largest_force, most_way),
-            c,
+            unheld_moves(left, Matrix::Identity(n, n), largest_force, most_way),
+            left,
             largest_force};
   }
   // Rounds in which the functions may still change. After them points are the unknowns, or the last
   // choice is kept where these are too many.
   constexpr int most_rounds = 12;
   std::vector<FunctionsOfSearch> used = searches;
-  StaticStep step(list, laws, floating, columns, bodies, memory);
+  StaticStep step(list, laws, floating, columns, motions, bodies, memory);
   Vector g = pack(gaps(list), laws), moves = Vector::Zero(c.size());
   StaticSystem::Solution solution;
   solution.p = pack(guess, laws);
@@ -231,8 +245,8 @@ StaticResult enforce_static(const ContactList& list, const std::vector<PointLaw>
   const double scale = solution.p.isZero(0) ? memory.gap : solution.scale;
   result.of_points.residual = share_of_gaps(solution.violation, scale, list, bodies);
   result.of_points.fallback = solution.fallback;
-  result.moves = std::move(moves);
-  result.left = std::move(solution.left);
+  result.moves = of_columns(motions, moves);
+  result.left = of_columns(motions, solution.left);
   result.largest_force = solution.largest_force;
   spread_impulses(list, laws, result.of_points.p, bodies);
   return result;
