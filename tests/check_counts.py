@@ -11,10 +11,10 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BOUNDS = {
-    "lines of product": 85440,
+    "lines of product": 85505,
     "files of product": 535,
     "lines of python/cbr": 1979,
-    "lines of tests": 64454,
+    "lines of tests": 64501,
     "files of tests": 379,
     "numbers in contact/solve": 50,  # but for 0, 1, 2, 3 and 0.5
     "lines with InputError(": 355,
