@@ -308,7 +308,7 @@ Matrix Equilibrium::held_motions(const std::vector<Index>& pairs,
   std::vector<Index> contacts;
   for (const Index p : pairs) {
     const ContactPair& pair = sim_.pairs[p];
-    if (pair.wall) return all;
+    if (pair.wall || pair.joint >= 0) return all;
     const Points& offset = pair.seen().tie_offset;
     if (offset.size() > 0 && offset.rowwise().norm().maxCoeff() > touches * pair.slave->size)
       return all;
