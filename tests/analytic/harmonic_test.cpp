@@ -194,8 +194,8 @@ TEST_F(Harmonic, StiffnessDampsResidualCompliance) {
     const Vector ratio = std::numbers::pi * beta * modes.frequency_hz;
     const double damped = (modes.damping_ratio.array() / ratio.array() - 1).abs().maxCoeff();
     std::printf("%s: %td modes %.1e, sweep %.1e\n", basis.c_str(), ratio.size(), damped, creep);
-    EXPECT_LT(damped, 1e-9) << basis;
-    EXPECT_LT(creep, 1e-8) << basis;
+    EXPECT_LT(damped, 1e-14) << basis;
+    EXPECT_LT(creep, 3e-10) << basis;
   }
 }
 
